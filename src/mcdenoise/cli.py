@@ -1,0 +1,90 @@
+"""The command line: `mcdenoise compare SCENE`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import NoReturn
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """A parser whose errors take one line and exit code 2."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print what is wrong and where help stands, and leave with code 2."""
+        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command line.
+
+    Examples
+    --------
+    >>> build_parser().parse_args(["compare", "dof", "--spp", "4"]).spp
+    4
+    """
+    parser = OneLineParser(
+        prog="mcdenoise", description="Monte Carlo render denoising: course and reference implementation."
+    )
+    parser.add_argument("--version", action="version", version=f"mcdenoise {version('mcdenoise')}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    compare = commands.add_parser(
+        "compare",
+        help="denoise a scene with every method; chart speed against accuracy",
+        description="Capture a scene, denoise it with every method, and measure each against a reference and against "
+        "Monte Carlo with more samples. Writes a table, results.json, two figures, EXR images and report.html.",
+    )
+    compare.add_argument("scene", metavar="SCENE", help="name of a toy scene, or path of a Mitsuba XML file")
+    compare.add_argument("--spp", type=int, default=8, help="samples per pixel to denoise (default 8)")
+    compare.add_argument("--size", type=int, default=128, help="height and width in pixels (default 128)")
+    compare.add_argument("--methods", nargs="+", metavar="NAME", help="methods to run (default: all)")
+    compare.add_argument("--seed", type=int, default=0, help="seed of the samples (default 0)")
+    compare.add_argument(
+        "--reference-spp", type=int, default=1024, help="samples per pixel of the reference (default 1024)"
+    )
+    compare.add_argument(
+        "--variant", default="auto", help="Mitsuba back end: auto, scalar_rgb, llvm_ad_rgb (default auto)"
+    )
+    compare.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default out/SCENE)")
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code: 0, or 2 with one line on standard error for bad arguments."""
+    parser = build_parser()
+    options = parser.parse_args(arguments)
+    try:
+        return run_compare(options)
+    except ValueError as error:
+        print(f"mcdenoise {options.command}: {' '.join(str(error).split())}", file=sys.stderr)
+        return 2
+
+
+def run_compare(options: argparse.Namespace) -> int:
+    """Run `mcdenoise compare`: print the table and write the folder."""
+    from mcdenoise.study.compare import compare
+    from mcdenoise.study.report import table, write_all
+
+    folder = options.out or Path("out") / Path(options.scene).stem
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"--out needs a folder, {folder} is a file.")
+    comparison = compare(
+        options.scene,
+        spp=options.spp,
+        size=options.size,
+        methods=options.methods,
+        seed=options.seed,
+        reference_spp=options.reference_spp,
+        variant=options.variant,
+    )
+    print(table(comparison))
+    written = write_all(comparison, folder)
+    print(f"\nWrote {len(written)} files into {folder}. Open {written[0]} in a browser: keys flip between the images.")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,70 @@
+"""The one way to compile a kernel, and the folder where compiled kernels are kept.
+
+Numba keeps compiled code beside a file's time stamp and size, so it does not see that a function in ANOTHER file has
+changed. Our cache folder is therefore named after a hash of all kernel sources and of numba's version: change anything
+and it is a new folder.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numba
+from numba import config
+
+from mcdenoise.samples.storage import cache_folder
+
+# Sums may be regrouped and multiply-adds fused. Not "fast": that would also promise that no NaN or infinity ever
+# occurs.
+FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
+
+
+def kernel(function: Callable | None = None, *, parallel: bool = False) -> Callable:
+    """Compile `function` with numba: cached on disk where a folder can be written, `parallel` over its prange loops.
+
+    Examples
+    --------
+    >>> @kernel
+    ... def twice(x):
+    ...     return x + x
+    >>> twice(2)
+    4
+    """
+    if function is None:
+        return functools.partial(kernel, parallel=parallel)
+    folder = _writable(kernel_folder())
+    before, config.CACHE_DIR = config.CACHE_DIR, folder or ""
+    try:
+        return numba.njit(cache=folder is not None, parallel=parallel, fastmath=FASTMATH, nogil=True)(function)
+    finally:
+        config.CACHE_DIR = before
+
+
+@functools.cache
+def kernel_folder() -> Path:
+    """Return the folder of compiled kernels for these sources and this numba; it need not exist.
+
+    Examples
+    --------
+    >>> kernel_folder().name.startswith("kernels-")
+    True
+    """
+    digest = hashlib.sha256(numba.__version__.encode())
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.name.encode() + path.read_bytes())
+    return cache_folder() / f"kernels-{digest.hexdigest()[:16]}"
+
+
+@functools.cache
+def _writable(folder: Path) -> str | None:
+    """Return `folder` as text if a file can be written there, else None: then kernels are compiled once per process."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return str(folder)
+    except OSError:
+        return None

@@ -1,0 +1,175 @@
+"""Images without samples: the reference, and plain Monte Carlo at any spp as the honest rival of every filter."""
+
+import hashlib
+import sys
+from collections.abc import Iterator
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from mcdenoise.render.motion import slice_time, spread_slices
+from mcdenoise.render.scene import ReadyScene, check_size, derived_seed, load_scene
+from mcdenoise.render.variants import use_variant
+from mcdenoise.samples.storage import cache_folder, write_beside
+
+CHUNK = 2**21  # samples rendered at once: bounds memory, and lets the progress bar move
+STREAM_IMAGE, STREAM_REFERENCE = 3, 4
+
+
+def render_image(
+    scene: object,
+    width: int = 128,
+    height: int = 128,
+    spp: int = 8,
+    seed: int = 0,
+    *,
+    variant: str = "auto",
+    progress: bool | None = None,
+) -> np.ndarray:
+    """Render plain Monte Carlo at `spp` samples per pixel with Mitsuba's path integrator and the box filter.
+
+    The scene, its path length and its moving objects are those of :func:`capture`, and so is the expectation; the random
+    numbers are others at any seed. Where something moves, each sample's time is drawn from a stratum of its own.
+
+    Parameters
+    ----------
+    scene, width, height, spp, seed, variant, progress : as for :func:`capture`
+
+    Returns
+    -------
+    (height, width, 3) float32, scene-linear RGB, unclamped. A pixel is the mean over those chunks of samples in which it
+    came out finite (a chunk is at most 2**21 samples of the whole image).
+
+    Raises
+    ------
+    ValueError
+        For an unknown scene, a scene that Mitsuba refuses, a bad size, or a pixel that is never finite.
+
+    Examples
+    --------
+    >>> render_image("dof", width=8, height=6, spp=4, variant="scalar_rgb").shape
+    (6, 8, 3)
+    """
+    check_size(width, height, spp, seed)
+    with use_variant(variant):
+        return _render(load_scene(scene, width, height), int(spp), int(seed), STREAM_IMAGE, progress)
+
+
+def render_reference(
+    scene: object,
+    width: int = 128,
+    height: int = 128,
+    spp: int = 1024,
+    seed: int = 0,
+    *,
+    variant: str = "auto",
+    progress: bool | None = None,
+) -> np.ndarray:
+    """Render the reference of `scene`, or load it if it was rendered before.
+
+    Its random numbers are independent of those of :func:`capture` and :func:`render_image` at the same seed, so its error
+    is not correlated with theirs. It is kept in ``references`` in the cache folder (``MCDENOISE_CACHE``, else the user's
+    cache), named after everything it depends on: the content of the scene, size, spp, seed, variant and versions. A file
+    that can not be read is rendered again; a folder that can not be written to does no harm.
+
+    Parameters
+    ----------
+    scene, width, height, spp, seed, variant, progress : as for :func:`capture`
+
+    Returns
+    -------
+    (height, width, 3) float32, scene-linear RGB, unclamped
+
+    Raises
+    ------
+    ValueError
+        As :func:`render_image`.
+
+    Examples
+    --------
+    >>> render_reference("dof", width=8, height=6, spp=4, variant="scalar_rgb").shape
+    (6, 8, 3)
+    """
+    check_size(width, height, spp, seed)
+    with use_variant(variant) as chosen:
+        ready = load_scene(scene, width, height)
+        shelf = _shelf(ready, chosen, int(width), int(height), int(spp), int(seed))
+        image = _load(shelf, (int(height), int(width), 3))
+        if image is None:
+            image = _render(ready, int(spp), int(seed), STREAM_REFERENCE, progress)
+            _keep(shelf, image)
+    return image
+
+
+def _render(ready: ReadyScene, spp: int, seed: int, stream: int, progress: bool | None) -> np.ndarray:
+    """Render chunk by chunk; the result is the mean of all samples."""
+    import mitsuba as mi
+
+    width, height = (int(n) for n in ready.scene.sensors()[0].film().size())
+    total = np.zeros((height, width, 3))
+    norm = np.zeros((height, width, 1))
+    bar = tqdm(
+        total=spp,
+        desc=f"render {ready.label}",
+        unit=" spp",
+        delay=2,
+        disable=None if progress is None else not progress,
+    )
+    with bar:
+        for index, count in enumerate(_chunks(ready, width * height, spp, seed, stream)):
+            one_seed = derived_seed(seed, stream, index + 1)
+            image = np.array(mi.render(ready.scene, integrator=ready.integrator, spp=count, seed=one_seed))
+            finite = np.isfinite(image).all(axis=2, keepdims=True)
+            total += np.where(finite, image, 0) * count
+            norm += finite * count
+            bar.update(count)
+    if not norm.all():
+        raise ValueError(f"{int((norm == 0).sum())} pixels of {ready.label} are never finite. Check its lights and BSDFs.")
+    return (total / norm).astype(np.float32)
+
+
+def _chunks(ready: ReadyScene, pixels: int, spp: int, seed: int, stream: int) -> Iterator[int]:
+    """Give the samples per pixel of each chunk, after posing the scene for it."""
+    most = max(1, CHUNK // pixels)
+    counts = [spp]
+    if ready.poser is not None:
+        counts = spread_slices(np.random.default_rng([seed, stream]), spp).tolist()
+    for index, count in enumerate(counts):
+        if ready.poser is not None and count:
+            ready.poser.at(slice_time(index))
+        yield from [most] * (count // most) + [count % most] * (count % most > 0)
+
+
+def _shelf(ready: ReadyScene, variant: str, width: int, height: int, spp: int, seed: int) -> Path | None:
+    """Return the file of a reference; None if the scene can not be told from others by its content."""
+    if ready.fingerprint is None:
+        return None
+    versions = [version(package) for package in ("mitsuba", "drjit", "mcdenoise")]
+    key = repr((ready.fingerprint, str(ready.integrator), width, height, spp, seed, variant, versions))
+    return cache_folder() / "references" / f"{hashlib.sha256(key.encode()).hexdigest()[:32]}.npy"
+
+
+def _load(shelf: Path | None, shape: tuple[int, int, int]) -> np.ndarray | None:
+    """Return a stored reference, or None if there is none that is whole."""
+    if shelf is None or not shelf.is_file():
+        return None
+    try:
+        image = np.load(shelf, allow_pickle=False)
+    except (OSError, ValueError, EOFError):
+        return None
+    is_whole = image.shape == shape and image.dtype == np.float32 and np.isfinite(image).all()
+    return image if is_whole else None
+
+
+def _keep(shelf: Path | None, image: np.ndarray) -> None:
+    """Store a reference; a folder that can not be written to is no error."""
+    if shelf is None:
+        return
+    try:
+        shelf.parent.mkdir(parents=True, exist_ok=True)
+        with write_beside(shelf) as temporary:
+            np.save(temporary, image)
+    except OSError as error:
+        print(f"The reference could not be kept in {shelf.parent}: {error.strerror}.", file=sys.stderr)

@@ -1,0 +1,1 @@
+"""The roof: comparisons, charts, reports and benchmarks. The only room that imports matplotlib."""

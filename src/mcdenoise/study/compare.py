@@ -1,0 +1,263 @@
+"""The main job: one scene, every method, and the honest rival, more samples, all timed and measured in one run."""
+
+from __future__ import annotations
+
+import os
+import statistics
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from mcdenoise.metrics import mse, psnr, relmse, ssim
+from mcdenoise.render import capture, render_image, render_reference
+from mcdenoise.samples import SampleBuffer, pixel_mean
+from mcdenoise.samples.gate import check_count, check_names
+from mcdenoise.study.methods import METHODS, Method
+
+REPEATS = 5
+SMALLEST = 16  # pixels a side: below that there is nothing to look at, and SSIM has no room
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """One image of the comparison with what it cost and how far it is from the reference.
+
+    Attributes
+    ----------
+    name, label : for files, and for people
+    kind : "filter" or "monte_carlo"
+    spp : samples per pixel behind the image
+    parameters : of the filter, {} for Monte Carlo
+    render_seconds : rendering that many samples, radiance alone
+    filter_seconds : median over repeats, samples in, image out; 0 for Monte Carlo
+    compile_seconds : what the first call took beyond that
+    equal_time_with : labels of the filters whose total time this Monte Carlo image takes
+    relmse, mse, psnr, ssim : against the reference
+    image : (h, w, 3) float32
+    """
+
+    name: str
+    label: str
+    kind: str
+    spp: int
+    parameters: Mapping[str, Any]
+    render_seconds: float
+    filter_seconds: float
+    compile_seconds: float
+    equal_time_with: tuple[str, ...]
+    relmse: float
+    mse: float
+    psnr: float
+    ssim: float
+    image: np.ndarray
+
+    @property
+    def seconds(self) -> float:
+        """Rendering and filtering together."""
+        return self.render_seconds + self.filter_seconds
+
+    def numbers(self) -> dict[str, Any]:
+        """Everything but the image, as JSON can hold it."""
+        return {name: value for name, value in vars(self).items() if name != "image"} | {"seconds": self.seconds}
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """All results of one run: unfiltered Monte Carlo first, then the filters, then Monte Carlo at higher spp."""
+
+    scene: str
+    size: int
+    spp: int
+    seed: int
+    reference_spp: int
+    capture_seconds: float
+    render_fixed_seconds: float
+    render_seconds_per_spp: float
+    provenance: Mapping[str, Any]
+    results: tuple[Result, ...]
+    reference: np.ndarray
+
+    @property
+    def unfiltered(self) -> Result:
+        """Monte Carlo at the spp that the filters get."""
+        return self.results[0]
+
+    @property
+    def filters(self) -> tuple[Result, ...]:
+        """The filtered images."""
+        return tuple(result for result in self.results if result.kind == "filter")
+
+    @property
+    def rivals(self) -> tuple[Result, ...]:
+        """Monte Carlo at higher spp, ascending."""
+        return tuple(result for result in self.results[1:] if result.kind == "monte_carlo")
+
+    @property
+    def reference_relmse(self) -> float:
+        """What relMSE the reference's own noise may add: the input's, over the ratio of the spp (a 1/N estimate)."""
+        return self.unfiltered.relmse * self.spp / self.reference_spp
+
+    def front(self) -> tuple[Result, ...]:
+        """Return the Pareto front, by time: the results that no other beats in both seconds and relMSE."""
+        best, front = np.inf, []
+        for result in sorted(self.results, key=lambda r: (r.seconds, r.relmse)):
+            if result.relmse < best:
+                best = result.relmse
+                front.append(result)
+        return tuple(front)
+
+
+def compare(
+    scene: object = "dof",
+    *,
+    spp: int = 8,
+    size: int = 128,
+    methods: Sequence[str] | None = None,
+    seed: int = 0,
+    reference_spp: int = 1024,
+    variant: str = "auto",
+) -> Comparison:
+    """Capture a scene, run every method, and measure each against the reference and against more samples.
+
+    Parameters
+    ----------
+    scene : name, Mitsuba dict or path, as for `mcd.capture`.
+    spp : samples per pixel that the filters get.
+    size : height and width in pixels, at least 16.
+    methods : names from `METHODS`; all of them by default.
+    seed : of the captured samples.
+    reference_spp : of the reference, which is cached on disk.
+    variant : Mitsuba back end, as for `mcd.capture`.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    ValueError
+        For an unknown scene or method, or numbers out of range.
+
+    Notes
+    -----
+    Rendering is charged with the time of `mcd.render_image` (radiance alone), for filters and for Monte Carlo alike: capturing
+    the features in Python is slow for reasons that no renderer shares, so it is reported apart (`capture_seconds`).
+    """
+    spp, size = check_count(spp, "spp"), check_count(size, "size", least=SMALLEST)
+    seed = check_count(seed, "seed", least=0)
+    reference_spp = check_count(reference_spp, "reference_spp", least=spp + 1)
+    chosen = [METHODS[name] for name in check_names(METHODS if methods is None else methods, list(METHODS), "methods")]
+    view = {"width": size, "height": size, "variant": variant}
+
+    start = perf_counter()
+    samples = capture(scene, spp=spp, seed=seed, **view)
+    capture_seconds = perf_counter() - start
+    reference = render_reference(scene, spp=reference_spp, seed=seed, **view)
+    render = RenderClock(lambda n: render_image(scene, spp=n, seed=seed + 1, **view), spp, reference_spp)
+
+    unfiltered = _measure(pixel_mean(samples.radiance), reference, f"mc_{spp}spp", f"MC {spp} spp", spp, render)
+    filtered = [_filter(method, samples, reference, render) for method in tqdm(chosen, "filters", disable=None)]
+    rivals = _rivals(filtered, reference, render)
+    return Comparison(
+        scene=str(samples.provenance.get("scene", "scene")),
+        size=size,
+        spp=spp,
+        seed=seed,
+        reference_spp=reference_spp,
+        capture_seconds=capture_seconds,
+        render_fixed_seconds=render.fixed_seconds,
+        render_seconds_per_spp=render.seconds_per_spp,
+        provenance={**samples.provenance, "cores": os.cpu_count()},
+        results=(unfiltered, *filtered, *rivals),
+        reference=reference,
+    )
+
+
+class RenderClock:
+    """What rendering N spp costs: fixed_seconds + N seconds_per_spp, from medians at spp and 4 spp in this run.
+
+    The first, discarded call takes what is done once (loading, compiling).
+    """
+
+    def __init__(self, render: Callable[[int], np.ndarray], spp: int, most_spp: int) -> None:
+        self.render, self.spp, self.most_spp = render, spp, most_spp
+        render(spp)
+        few, many = (statistics.median(_seconds(lambda n=n: render(n), REPEATS)) for n in (spp, 4 * spp))
+        self.seconds_per_spp = max(many - few, 1e-9) / (3 * spp)
+        self.fixed_seconds = max(few - spp * self.seconds_per_spp, 0.0)
+
+    def seconds(self, spp: int) -> float:
+        """Return the seconds that rendering `spp` samples per pixel takes."""
+        return self.fixed_seconds + spp * self.seconds_per_spp
+
+    def spp_within(self, seconds: float) -> int:
+        """Return the spp that `seconds` more than those for `self.spp` pay for, rounded up in favour of Monte Carlo."""
+        return min(self.spp + int(np.ceil(seconds / self.seconds_per_spp)), self.most_spp)
+
+
+def _seconds(call: Callable[[], object], repeats: int) -> list[float]:
+    """Time `repeats` calls."""
+    taken = []
+    for _ in range(repeats):
+        start = perf_counter()
+        call()
+        taken.append(perf_counter() - start)
+    return taken
+
+
+def _measure(
+    image: np.ndarray, reference: np.ndarray, name: str, label: str, spp: int, render: RenderClock, **more: Any
+) -> Result:
+    """Put an image and its cost beside its errors; without `more` it is Monte Carlo."""
+    about = {
+        "kind": "monte_carlo",
+        "parameters": {},
+        "filter_seconds": 0.0,
+        "compile_seconds": 0.0,
+        "equal_time_with": (),
+        **more,
+    }
+    errors = {metric.__name__: metric(image, reference) for metric in (relmse, mse, psnr, ssim)}
+    return Result(name=name, label=label, spp=spp, render_seconds=render.seconds(spp), image=image, **about, **errors)
+
+
+def _filter(method: Method, samples: SampleBuffer, reference: np.ndarray, render: RenderClock) -> Result:
+    """Run one method: a first call that may compile, then the timed ones."""
+    parameters = method.parameters(samples)
+    (first,) = _seconds(lambda: method.run(samples, **parameters), 1)
+    median = statistics.median(_seconds(lambda: method.run(samples, **parameters), REPEATS))
+    return _measure(
+        method.run(samples, **parameters),
+        reference,
+        method.name,
+        method.label,
+        samples.spp,
+        render,
+        kind="filter",
+        parameters=parameters,
+        filter_seconds=median,
+        compile_seconds=max(first - median, 0.0),
+    )
+
+
+def _rivals(filtered: Sequence[Result], reference: np.ndarray, render: RenderClock) -> list[Result]:
+    """Render Monte Carlo at the total time of each filter, and at 4 and 16 times the spp to show the 1/N slope."""
+    equal: dict[int, list[str]] = {n * render.spp: [] for n in (4, 16) if n * render.spp <= render.most_spp}
+    for result in filtered:
+        equal.setdefault(render.spp_within(result.filter_seconds), []).append(result.label)
+    return [
+        _measure(
+            render.render(spp),
+            reference,
+            f"mc_{spp}spp",
+            f"MC {spp} spp",
+            spp,
+            render,
+            equal_time_with=tuple(labels),
+        )
+        for spp, labels in tqdm(sorted(equal.items()), "Monte Carlo at equal time", disable=None)
+    ]

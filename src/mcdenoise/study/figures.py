@@ -1,0 +1,211 @@
+"""The two pictures of a comparison: seconds against relMSE, and every image beside its crops and error map."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import PowerNorm
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from mcdenoise.metrics import relmse_map
+from mcdenoise.samples.storage import write_beside
+from mcdenoise.study.compare import Comparison, Result
+from mcdenoise.study.display import tone_map
+
+# Paul Tol's "bright" scheme: distinguishable with any colour vision.
+COLOURS = ("#4477AA", "#EE6677", "#228833", "#AA3377", "#66CCEE", "#CCBB44")
+MARKERS = ("o", "s", "^", "D", "v", "P")
+GREY = "#777777"
+SMALLEST_ERROR = 1e-9  # where a logarithmic axis needs a number for 0
+CROP_SHARE = 4  # a crop is a quarter of the image's side
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write `figure` as a PNG beside `path`, then rename."""
+    FigureCanvasAgg(figure)
+    with write_beside(path) as temporary:
+        figure.savefig(temporary, dpi=150)
+
+
+def error_ceiling(comparison: Comparison) -> float:
+    """Return the top of the error scale that all error maps share: the 99th percentile of the unfiltered image's errors."""
+    error = relmse_map(comparison.unfiltered.image, comparison.reference).mean(axis=-1)
+    return max(float(np.percentile(error, 99)), 1e-6)
+
+
+def heading(comparison: Comparison) -> str:
+    """Return the line that says what was measured."""
+    return (
+        f"scene {comparison.scene}, {comparison.size} x {comparison.size} pixels, {comparison.spp} spp, "
+        f"{comparison.provenance.get('variant', '?')}, {comparison.provenance['cores']} cores"
+    )
+
+
+def speed_accuracy_figure(comparison: Comparison) -> Figure:
+    """Chart seconds against relMSE, both logarithmic: left with rendering and the Monte Carlo rival, right the filters alone."""
+    figure = Figure(figsize=(12, 5.6), layout="constrained")
+    figure.suptitle(f"Speed against accuracy: {heading(comparison)}")
+    whole, alone = figure.subplots(1, 2, width_ratios=(1.5, 1), sharey=True)
+    errors = [max(result.relmse, SMALLEST_ERROR) for result in comparison.results]
+    whole.set(yscale="log", ylim=(min(errors) / 1.5, max(errors) * 2.5))
+    _chart_whole(whole, comparison)
+    _chart_filters(alone, comparison)
+    return figure
+
+
+def _chart_whole(axes: Axes, comparison: Comparison) -> None:
+    """Rendering and filtering together, the Monte Carlo line, the Pareto front."""
+    unfiltered = comparison.unfiltered
+    spp = comparison.spp * np.geomspace(1, 32, 64)
+    axes.plot(
+        comparison.render_fixed_seconds + spp * comparison.render_seconds_per_spp,
+        unfiltered.relmse * comparison.spp / spp,
+        "--",
+        color=GREY,
+        label="Monte Carlo, error proportional to 1/N",
+    )
+    front = comparison.front()
+    axes.step(
+        [result.seconds for result in front],
+        [result.relmse for result in front],
+        where="post",
+        color="black",
+        linewidth=1,
+        label="Pareto front",
+    )
+    for result in (unfiltered, *comparison.rivals):
+        axes.plot(result.seconds, result.relmse, "o", color=GREY, markersize=5)
+    for result, colour, marker in _styled(comparison.filters):
+        axes.plot(result.seconds, result.relmse, marker, color=colour, markersize=9)
+    points = [(r.seconds, r.relmse, r.label, GREY) for r in (unfiltered, *comparison.rivals)]
+    points += [(r.seconds, r.relmse, r.label, colour) for r, colour, _ in _styled(comparison.filters)]
+    _log_axes(axes, points)
+    axes.set(title="Rendering + filtering", xlabel="seconds", ylabel="relMSE (lower is better)")
+    _label_points(axes, points)
+    axes.legend(loc="upper right", frameon=False)
+
+
+def _chart_filters(axes: Axes, comparison: Comparison) -> None:
+    """The filters' own seconds."""
+    styled = _styled(comparison.filters)
+    for result, colour, marker in styled:
+        axes.plot(result.filter_seconds, result.relmse, marker, color=colour, markersize=9)
+    points = [(r.filter_seconds, r.relmse, r.label, colour) for r, colour, _ in styled]
+    _log_axes(axes, points)
+    axes.axhline(comparison.unfiltered.relmse, linestyle="--", color=GREY)
+    axes.annotate(
+        f"unfiltered, {comparison.spp} spp",
+        (0.02, comparison.unfiltered.relmse),
+        xycoords=("axes fraction", "data"),
+        xytext=(0, -11),
+        textcoords="offset points",
+        color=GREY,
+        fontsize=9,
+    )
+    axes.set(title="Filtering alone (median of 5)", xlabel="seconds")
+    _label_points(axes, points)
+
+
+def _log_axes(axes: Axes, points: list[tuple[float, float, str, str]]) -> None:
+    """Logarithmic axes with room around the points for their labels, and plain numbers at 1, 2, 5."""
+    seconds = [point[0] for point in points] or [1e-3]
+    axes.set(xscale="log", xlim=(min(seconds) / 1.6, max(seconds) * 1.6))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
+    axes.grid(visible=True, color="#e5e5e5", linewidth=0.6)
+    axes.set_axisbelow(True)
+
+
+def _label_points(axes: Axes, points: list[tuple[float, float, str, str]]) -> None:
+    """Write each point's label beside it (left of it near the right edge), moved down where labels would touch."""
+    gap = 14.0  # points between two lines of text
+    floor, ceiling = np.log(axes.get_ylim())
+    scale = axes.get_window_extent().height * 72 / axes.figure.dpi / (ceiling - floor)
+    first, last = np.log(axes.get_xlim())
+    above = np.inf
+    for seconds, error, label, colour in sorted(points, key=lambda point: -point[1]):
+        wanted = (np.log(max(error, SMALLEST_ERROR)) - floor) * scale
+        above = min(wanted, above - gap)
+        left = np.log(seconds) - first > 0.75 * (last - first)
+        text = axes.annotate(
+            label,
+            (seconds, error),
+            xytext=(-9 if left else 9, above - wanted + 4),
+            textcoords="offset points",
+            ha="right" if left else "left",
+            color=colour,
+            fontsize=9,
+        )
+        text.set_path_effects([withStroke(linewidth=3, foreground="white")])
+
+
+def _styled(results: tuple[Result, ...]) -> list[tuple[Result, str, str]]:
+    """Give each filter its colour and marker, the same in every chart."""
+    return [(r, COLOURS[i % len(COLOURS)], MARKERS[i % len(MARKERS)]) for i, r in enumerate(results)]
+
+
+def shown(comparison: Comparison) -> list[Result]:
+    """Return the images worth a column: the input, each filter, and Monte Carlo at the time of the slowest filter."""
+    slowest = max(comparison.filters, key=lambda r: r.seconds, default=None)
+    rival = [r for r in comparison.rivals if slowest is not None and slowest.label in r.equal_time_with]
+    return [comparison.unfiltered, *comparison.filters, *rival]
+
+
+def images_figure(comparison: Comparison) -> Figure:
+    """Show the input, every filter, the equal-time rival and the reference: whole, two crops, and error on one scale."""
+    results = shown(comparison)
+    crops = crop_corners(comparison)
+    side = comparison.size // CROP_SHARE
+    figure = Figure(figsize=(2.3 * (len(results) + 1) + 0.6, 9.6), layout="constrained")
+    figure.suptitle(f"Images, crops and relative squared error: {heading(comparison)}\n(one tone map: clip, sRGB)")
+    grid = figure.subplots(4, len(results) + 1, squeeze=False)
+    ceiling = error_ceiling(comparison)
+    columns = [(f"{r.label}\nrelMSE {r.relmse:.4f}", r.image) for r in results]
+    columns.append((f"reference\n{comparison.reference_spp} spp", comparison.reference))
+    mappable = None
+    for column, (title, image) in enumerate(columns):
+        display = tone_map(image)
+        grid[0, column].imshow(display, interpolation="nearest")
+        grid[0, column].set_title(title, fontsize=10)
+        for row, ((y, x), colour) in enumerate(zip(crops, ("#FFD700", "#00E5FF"), strict=True), start=1):
+            grid[0, column].add_patch(Rectangle((x - 0.5, y - 0.5), side, side, fill=False, edgecolor=colour))
+            grid[row, column].imshow(display[y : y + side, x : x + side], interpolation="nearest")
+            for spine in grid[row, column].spines.values():
+                spine.set(edgecolor=colour, linewidth=2)
+        if image is not comparison.reference:
+            error = relmse_map(image, comparison.reference).mean(axis=-1)
+            norm = PowerNorm(0.5, 0, ceiling)
+            mappable = grid[3, column].imshow(error, cmap="magma", norm=norm, interpolation="nearest")
+        else:
+            grid[3, column].axis("off")
+    for axes in grid.flat:
+        axes.set(xticks=[], yticks=[])
+    for row, name in enumerate(("whole image", "crop 1", "crop 2", "error")):
+        grid[row, 0].set_ylabel(name)
+    bar = figure.colorbar(mappable, ax=grid[3, -1], fraction=0.5, aspect=8)
+    bar.set_label("(x - ref)² / (ref² + 0.01)")
+    return figure
+
+
+def crop_corners(comparison: Comparison) -> list[tuple[int, int]]:
+    """Return (y, x) of two crops, chosen by the data: where the input errs most, and where the best filter errs most."""
+    side = comparison.size // CROP_SHARE
+    best = min(comparison.filters, key=lambda r: r.relmse, default=comparison.unfiltered)
+    corners: list[tuple[int, int]] = []
+    for result in (comparison.unfiltered, best):
+        error = relmse_map(result.image, comparison.reference).mean(axis=-1)
+        sums = np.pad(np.minimum(error, error_ceiling(comparison)), ((1, 0), (1, 0))).cumsum(0).cumsum(1)
+        box = sums[side:, side:] - sums[:-side, side:] - sums[side:, :-side] + sums[:-side, :-side]
+        for y, x in corners:
+            box[max(y - side + 1, 0) : y + side, max(x - side + 1, 0) : x + side] = -1
+        y, x = np.unravel_index(np.argmax(box), box.shape)
+        corners.append((int(y), int(x)))
+    return corners

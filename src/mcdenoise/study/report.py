@@ -1,0 +1,152 @@
+"""What a comparison leaves behind: results.json, two figures, one EXR an image, and report.html, which opens offline."""
+
+from __future__ import annotations
+
+import html
+import json
+import math
+from importlib import resources
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from mcdenoise.metrics import relmse_map
+from mcdenoise.render import write_exr
+from mcdenoise.samples.storage import write_beside
+from mcdenoise.study.compare import Comparison, Result
+from mcdenoise.study.display import error_colours, png_data_uri, tone_map
+from mcdenoise.study.figures import error_ceiling, heading, images_figure, save_figure, speed_accuracy_figure
+
+
+def write_all(comparison: Comparison, folder: Path) -> list[Path]:
+    """Write every file of the comparison into `folder` (made if missing); each is written beside and renamed.
+
+    Returns
+    -------
+    The paths written, report.html first.
+
+    Raises
+    ------
+    ValueError
+        If `folder` is a file.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"A folder is needed to write into, got the file {folder}. Pass another --out.")
+    folder.mkdir(parents=True, exist_ok=True)
+    chart, pictures = folder / "speed_accuracy.png", folder / "images.png"
+    save_figure(speed_accuracy_figure(comparison), chart)
+    save_figure(images_figure(comparison), pictures)
+    written = [folder / "report.html", chart, pictures, folder / "results.json"]
+    for name, image in [*((r.name, r.image) for r in comparison.results), ("reference", comparison.reference)]:
+        written.append(folder / f"{name}.exr")
+        write_exr(written[-1], image)
+    _write_text(folder / "results.json", json.dumps(numbers(comparison), indent=2) + "\n")
+    _write_text(folder / "report.html", report_page(comparison, chart.read_bytes()))
+    return written
+
+
+def numbers(comparison: Comparison) -> dict[str, Any]:
+    """Return everything measured, as JSON can hold it (infinite PSNR as null)."""
+    facts = {
+        name: value for name, value in vars(comparison).items() if name not in ("results", "reference", "provenance")
+    }
+    return _finite(
+        {
+            **facts,
+            "reference_relmse": comparison.reference_relmse,
+            "provenance": dict(comparison.provenance),
+            "pareto_front": [result.name for result in comparison.front()],
+            "results": [result.numbers() for result in comparison.results],
+        }
+    )
+
+
+def table(comparison: Comparison) -> str:
+    """Return the table for the terminal."""
+    width = max(len(result.label) for result in comparison.results) + 2
+    lines = [
+        f"{'':{width}} {'spp':>5} {'render s':>9} {'filter s':>9} {'total s':>8} {'relMSE':>8} {'PSNR':>6} {'SSIM':>6}"
+    ]
+    front = {result.name for result in comparison.front()}
+    for r in comparison.results:
+        mark = " *" if r.name in front else ""
+        equal = f"  = time of {', '.join(r.equal_time_with)}" if r.equal_time_with else ""
+        lines.append(
+            f"{r.label:{width}} {r.spp:5} {r.render_seconds:9.4f} {r.filter_seconds:9.4f} {r.seconds:8.4f} "
+            f"{r.relmse:8.5f} {r.psnr:6.2f} {r.ssim:6.3f}{mark}{equal}"
+        )
+    return "\n".join([*lines, "", *_notes(comparison)])
+
+
+def _notes(comparison: Comparison) -> list[str]:
+    """What a reader must know to trust the table."""
+    return [
+        "* on the Pareto front: no other is both faster and more accurate.",
+        f"Render seconds: radiance alone, {comparison.render_fixed_seconds:.4f} s + {comparison.render_seconds_per_spp:.4f} s "
+        f"a spp. Filter seconds: median of 5, samples in, image out; compiling apart "
+        f"({sum(r.compile_seconds for r in comparison.filters):.1f} s in all, once).",
+        f"Capturing the samples with their features took {comparison.capture_seconds:.2f} s and is not charged: it is slow "
+        f"for being done in Python.",
+        f"Reference: {comparison.reference_spp} spp; its own noise adds about {comparison.reference_relmse:.5f} to each relMSE.",
+    ]
+
+
+def report_page(comparison: Comparison, chart_png: bytes) -> str:
+    """Return report.html: one file with all images inside, no network, no other file."""
+    import base64
+
+    template = Template(resources.files("mcdenoise.study").joinpath("report_template.html").read_text("utf-8"))
+    ceiling = error_ceiling(comparison)
+    items = [_item(result, comparison, ceiling) for result in comparison.results]
+    items.append(
+        {
+            "label": "reference",
+            "spp": str(comparison.reference_spp),
+            "image": png_data_uri(tone_map(comparison.reference)),
+        }
+    )
+    blank = dict.fromkeys(("equal", "render", "filter", "total", "relmse", "psnr", "ssim", "error"), "")
+    parameters = {result.label: dict(result.parameters) for result in comparison.filters}
+    return template.substitute(
+        title=html.escape(f"Denoising {comparison.scene} at {comparison.spp} samples per pixel"),
+        heading=html.escape(heading(comparison)),
+        notes="<br>".join(html.escape(note) for note in _notes(comparison)),
+        chart="data:image/png;base64," + base64.b64encode(chart_png).decode("ascii"),
+        parameters=html.escape(json.dumps(parameters, indent=2)),
+        provenance=html.escape(json.dumps(dict(comparison.provenance), indent=2)),
+        data=json.dumps([blank | item for item in items]).replace("<", "\\u003c"),
+    )
+
+
+def _item(result: Result, comparison: Comparison, ceiling: float) -> dict[str, str]:
+    """One row and image of the page."""
+    error = relmse_map(result.image, comparison.reference).mean(axis=-1)
+    star = " *" if result in comparison.front() else ""
+    return {
+        "label": result.label,
+        "equal": f"time of {', '.join(result.equal_time_with)}" if result.equal_time_with else "",
+        "spp": str(result.spp),
+        "render": f"{result.render_seconds:.3f}",
+        "filter": f"{result.filter_seconds:.4f}" if result.kind == "filter" else "",
+        "total": f"{result.seconds:.3f}",
+        "relmse": f"{result.relmse:.5f}{star}",
+        "psnr": f"{result.psnr:.2f}",
+        "ssim": f"{result.ssim:.3f}",
+        "image": png_data_uri(tone_map(result.image)),
+        "error": png_data_uri(error_colours(error, ceiling)),
+    }
+
+
+def _finite(value: Any) -> Any:
+    """Replace what JSON lacks, infinity and NaN, by None."""
+    if isinstance(value, dict):
+        return {key: _finite(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _write_text(path: Path, text: str) -> None:
+    """Write UTF-8 text beside `path`, then rename."""
+    with write_beside(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")

@@ -1,0 +1,34 @@
+"""Things that tests of several rooms use."""
+
+import numpy as np
+import pytest
+
+from mcdenoise.samples import SampleBuffer
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(20260101)
+
+
+def make_samples(rng, height=5, width=7, spp=4, **changes):
+    """Samples of a made-up scene: every block random, positions inside their pixels."""
+    corner = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1)[:, :, np.newaxis]
+    size = (height, width, spp)
+    arrays = {
+        "radiance": rng.gamma(2.0, 0.3, (*size, 3)),
+        "screen_position": corner + rng.random((*size, 2)),
+        "random_params": {"lens_u": rng.random(size), "lens_v": rng.random(size)},
+        "features": {
+            "world_position": rng.normal(size=(*size, 3)),
+            "visibility": rng.integers(0, 2, size),
+            "albedo": rng.random((*size, 3)),
+        },
+        "provenance": {"scene": "made up", "seed": 1},
+    }
+    return SampleBuffer.from_arrays(**{**arrays, **changes})
+
+
+@pytest.fixture
+def samples(rng):
+    return make_samples(rng)
