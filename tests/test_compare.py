@@ -20,7 +20,7 @@ pytestmark = pytest.mark.ch10
 
 @pytest.fixture(scope="module")
 def comparison():
-    return compare("pinhole", spp=2, size=24, reference_spp=64, variant="scalar_rgb")
+    return compare("glossy", spp=4, size=24, reference_spp=128, variant="scalar_rgb")
 
 
 @pytest.fixture(scope="module")
@@ -31,12 +31,12 @@ def folder(comparison, tmp_path_factory):
 
 
 def test_results_are_the_input_the_filters_and_more_samples(comparison):
-    assert comparison.unfiltered.label == "MC 2 spp"
+    assert comparison.unfiltered.label == "MC 4 spp"
     assert [result.name for result in comparison.filters] == list(METHODS)
     spp = [result.spp for result in comparison.rivals]
     assert spp == sorted(spp)
-    assert {8, 32} <= set(spp)
-    assert all(result.kind == "monte_carlo" and result.spp > 2 for result in comparison.rivals)
+    assert {16, 64} <= set(spp)
+    assert all(result.kind == "monte_carlo" and result.spp > 4 for result in comparison.rivals)
 
 
 def test_every_filter_has_a_rival_of_its_time(comparison):
@@ -46,7 +46,7 @@ def test_every_filter_has_a_rival_of_its_time(comparison):
 
 
 def test_numbers_belong_to_the_images(comparison):
-    samples = mcd.capture("pinhole", width=24, height=24, spp=2, seed=0, variant="scalar_rgb")
+    samples = mcd.capture("glossy", width=24, height=24, spp=4, seed=0, variant="scalar_rgb")
     np.testing.assert_array_equal(comparison.unfiltered.image, mcd.pixel_mean(samples.radiance))
     for result in comparison.results:
         assert result.image.shape == comparison.reference.shape == (24, 24, 3)
@@ -60,7 +60,7 @@ def test_numbers_belong_to_the_images(comparison):
 
 def test_more_samples_err_less(comparison):
     by_spp = {result.spp: result.relmse for result in (comparison.unfiltered, *comparison.rivals)}
-    assert by_spp[2] > by_spp[8] > by_spp[32]
+    assert by_spp[4] > by_spp[16] > by_spp[64]
 
 
 def test_pareto_front_has_nobody_beaten_and_beats_the_rest(comparison):
@@ -124,7 +124,7 @@ def test_exr_files_hold_the_radiance(comparison, folder):
 
 def test_json_holds_the_numbers(comparison, folder):
     stored = json.loads((folder / "results.json").read_text())
-    assert stored["scene"] == "pinhole"
+    assert stored["scene"] == "glossy"
     assert stored["pareto_front"] == [result.name for result in comparison.front()]
     for entry, result in zip(stored["results"], comparison.results, strict=True):
         assert entry["relmse"] == result.relmse

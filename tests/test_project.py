@@ -47,7 +47,9 @@ def test_citation_has_the_version_and_licence_of_the_package():
 
 
 def test_the_front_door_opens_without_the_heavy_libraries():
-    code = "import sys, mcdenoise; print([m for m in ('mitsuba', 'numba', 'matplotlib', 'skimage') if m in sys.modules])"
+    code = (
+        "import sys, mcdenoise; print([m for m in ('mitsuba', 'numba', 'matplotlib', 'skimage') if m in sys.modules])"
+    )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
 

@@ -142,6 +142,29 @@ def test_crop_refuses(samples, window, message):
         samples.crop(*window)
 
 
+def test_subsets_are_the_same_scene_at_fewer_spp(samples):
+    first, last = samples.subset(0, 1), samples.subset(1, 4)
+    assert (first.spp, last.spp) == (1, 3)
+    assert last.layout == samples.layout
+    np.testing.assert_array_equal(np.concatenate([first.radiance, last.radiance], axis=2), samples.radiance)
+    np.testing.assert_array_equal(last["albedo"], samples["albedo"][:, :, 1:])
+    assert last.provenance["subset"] == [1, 4]
+
+
+@pytest.mark.parametrize(
+    ("window", "message"),
+    [
+        ((2, 2), "stop must be at least 3, got 2"),
+        ((0, 5), "at most the 4 spp of these samples, got 5"),
+        ((-1, 2), "start must be at least 0"),
+        ((0, 2.0), "stop must be a whole number"),
+    ],
+)
+def test_subset_refuses(samples, window, message):
+    with pytest.raises(ValueError, match=message):
+        samples.subset(*window)
+
+
 SIZE = (5, 7, 4)
 
 

@@ -10,6 +10,7 @@ array([[0.5, 0.5, 0.5, 0.5]], dtype=float32)
 
 from mcdenoise.filters import bilateral, cross_bilateral, gaussian
 from mcdenoise.metrics import mse, psnr, relmse, relmse_map, squared_error_map, ssim
+from mcdenoise.render import capture, read_exr, render_image, render_reference, scene_names, write_exr
 from mcdenoise.samples import (
     SampleBuffer,
     half_means,

@@ -70,7 +70,10 @@ def divide(total: np.ndarray, norm: np.ndarray, image: np.ndarray) -> np.ndarray
     >>> divide(np.array([[[6.0]]]), np.array([[2.0]]), image=np.zeros((1, 1), np.float32))
     array([[3.]], dtype=float32)
     """
-    return (total / norm[..., np.newaxis]).astype(image.dtype, copy=False).reshape(image.shape)
+    mean = np.empty(total.shape, image.dtype)
+    for k in range(total.shape[-1]):
+        np.divide(total[..., k], norm, out=mean[..., k], casting="same_kind")
+    return mean.reshape(image.shape)
 
 
 def check_range(image: object, name: str = "image") -> np.ndarray:

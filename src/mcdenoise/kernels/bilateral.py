@@ -4,8 +4,9 @@ A guide is anything that likeness is judged by: radiance, or a feature. Each of 
 multiplied by sqrt(log2(e) / 2) / sigma, so that a weight is simply 2^(space - sum of squared differences over all
 planes).
 
-Planes are padded on both sides by the radius, so that every row operation runs over the same columns whatever the
-offset. In the first guide the padding holds FAR: any real pixel is so far from it that the weight is exactly 0.
+Planes are padded on both sides by radius + 1, so that every row operation runs over the same columns whatever the
+offset (the 1: taps go two at a time). In the first guide the padding holds FAR: any real pixel is so far from it that
+the weight is exactly 0. One column at least follows the image before the padding proper, so `length` > width.
 
 w_ij = w_ji: each pair of pixels is weighed once and used twice. Pairs look downwards, so a block of rows adds to itself
 and to `radius` rows below it; it keeps all of that for itself, and a second pass adds the blocks up in a fixed order.
@@ -20,13 +21,12 @@ import numpy as np
 from numba import prange
 
 from mcdenoise.kernels.jit import kernel
-from mcdenoise.kernels.rows import add_row, add_squares, add_weighted_row, place, weigh, weigh_on
+from mcdenoise.kernels.rows import add_squares, add_two, add_two_weighted, place, weigh, weigh_on
 
 FAR = 1e18
-LARGEST_GUIDE = 1e17  # so that no difference squared overflows, and FAR is far from everything
-SMALLEST = 1e-20
+KNEE = 1e10
 ROWS_PER_BLOCK = 16
-COLUMN_STEP = 32
+COLUMN_STEP = 8
 GROUP = 3
 
 
@@ -62,8 +62,9 @@ def cross_bilateral_sums(
     """
     height, width, channels = image.shape
     reach_y, reach_x = min(radius, height - 1), min(radius, width - 1)
-    padded = -(-width // COLUMN_STEP) * COLUMN_STEP + 2 * reach_x
-    inside = np.s_[:, :, reach_x : reach_x + width]
+    margin = reach_x + 1
+    padded = (width // COLUMN_STEP + 1) * COLUMN_STEP + 2 * margin
+    inside = np.s_[:, :, margin : margin + width]
 
     colour = np.zeros((channels, height, padded), np.float32)
     colour[inside] = np.moveaxis(image, -1, 0)
@@ -75,96 +76,118 @@ def cross_bilateral_sums(
     first = 0
     for feature, sigma in active:
         last = first + feature.shape[-1]
-        guide[first:last][inside] = np.moveaxis(feature, -1, 0) * _scale(feature, sigma)
+        guide[first:last][inside] = _guide_planes(feature, sigma)
         first = last
     exponent = space_exponent(sigma_space, reach_y, reach_x)
-    return window_sums(colour.ravel(), guide.ravel(), exponent, channels, len(guide), height, width)
+    return _window_sums(colour, guide, exponent, width)
+
+
+def _window_sums(
+    colour: np.ndarray, guide: np.ndarray, exponent: np.ndarray, width: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Run the kernels on padded planes: colour (c, h, padded), guide (k, h, padded)."""
+    channels, height, padded = colour.shape
+    reach_y, reach_x = len(exponent) - 1, exponent.shape[1] // 2 - 1
+    rows = max(ROWS_PER_BLOCK, reach_y // 2)
+    sums_rows = rows + reach_y
+    sums = np.zeros((-(-height // rows), (channels + 1) * sums_rows * padded), np.float32)
+    sum_blocks(sums, colour.ravel(), guide.ravel(), exponent, channels, len(guide), height, rows)
+
+    # Each pixel itself has the weight 1; then come the pairs, block after block.
+    result = np.concatenate([colour, np.ones((1, height, padded), np.float32)])
+    for block, block_sum in enumerate(sums.reshape(len(sums), channels + 1, sums_rows, padded)):
+        reached = result[:, block * rows : block * rows + sums_rows]
+        reached += block_sum[:, : reached.shape[1]]
+    inside = result[:, :, reach_x + 1 : reach_x + 1 + width]
+    return np.moveaxis(inside[:-1], 0, -1), inside[-1]
 
 
 def space_exponent(sigma_space: float, reach_y: int, reach_x: int) -> np.ndarray:
     """log2 of the spatial weight for dy = 0 .. reach_y (rows) and dx = -reach_x .. reach_x (columns).
 
+    One column more holds -FAR, a weight of 0: taps are taken two at a time, and their number may be odd.
+
     Examples
     --------
-    >>> space_exponent(1.0, 0, 1)
-    array([[-0.7213475,  0.       , -0.7213475]], dtype=float32)
+    >>> space_exponent(1.0, 0, 1)[:, :3]
+    array([[-0.7213475, -0.       , -0.7213475]], dtype=float32)
     """
     dy, dx = np.ogrid[: reach_y + 1, -reach_x : reach_x + 1]
     with np.errstate(over="ignore", divide="ignore"):
         square = (dy / sigma_space) ** 2 + (dx / sigma_space) ** 2
-    return -np.minimum(square * (0.5 * math.log2(math.e)), FAR).astype(np.float32)
+    exponent = -np.minimum(square * (0.5 * math.log2(math.e)), FAR)
+    return np.append(exponent, np.full((reach_y + 1, 1), -FAR), axis=1).astype(np.float32)
 
 
-def _scale(feature: np.ndarray, sigma: float) -> float:
-    """Return sqrt(log2(e) / 2) / sigma, or less where the scaled feature would leave LARGEST_GUIDE.
+def _guide_planes(feature: np.ndarray, sigma: float) -> np.ndarray:
+    """Return the planes of one guide, multiplied by sqrt(log2(e) / 2) / sigma.
 
-    Less only if some value is more than 1e16 times sigma, where float32 has long lost differences as small as sigma.
+    They are rounded to float32 after that, so a difference is off by up to 2^-24 of the larger value.
+    Two float32 numbers that differ are at least 600 sigma apart if one is beyond KNEE sigma, so their weight is 0.
+    Beyond KNEE a logarithm takes over: it keeps such numbers apart, and no square of a difference can overflow.
     """
-    largest = max(float(np.abs(feature).max()), SMALLEST)
-    return min(math.sqrt(0.5 * math.log2(math.e)) / sigma, LARGEST_GUIDE / largest)
+    planes, scale = np.moveaxis(feature, -1, 0), min(math.sqrt(0.5 * math.log2(math.e)) / sigma, 1e200)
+    if max(float(np.abs(feature).max()), 1e-20) * scale <= KNEE:
+        return planes * scale
+    planes = planes * np.float64(scale)
+    beyond = np.abs(planes) > KNEE
+    planes[beyond] = np.sign(planes[beyond]) * KNEE * (1 + np.log(np.abs(planes[beyond]) / KNEE))
+    return planes
 
 
 @kernel(parallel=True)
-def window_sums(colour, guide, exponent, channels, planes, height, width):
-    """Sums over the window for flat padded planes: colour (channels), guide (planes, a multiple of 3)."""
-    reach_y, reach_x = exponent.shape[0] - 1, exponent.shape[1] // 2
-    padded = colour.size // (channels * height)
-    rows = max(ROWS_PER_BLOCK, reach_y // 2)
-    blocks = (height + rows - 1) // rows
-    sums = np.zeros((blocks, (channels + 1) * (rows + reach_y) * padded), np.float32)
-    for block in prange(blocks):
+def sum_blocks(sums, colour, guide, exponent, channels, planes, height, rows):
+    """Sums of each block of rows, for flat padded planes: colour (channels), guide (planes, a multiple of GROUP)."""
+    for block in prange(sums.shape[0]):
         block_sums(sums[block], colour, guide, exponent, channels, planes, height, block * rows, rows)
-
-    total, norm = np.empty((height, width, channels), np.float32), np.empty((height, width), np.float32)
-    for y in prange(height):
-        gather_row(total[y], norm[y], sums, colour, channels, height, padded, reach_x, y, rows, rows + reach_y)
-    return total, norm
 
 
 @kernel
 def block_sums(sums, colour, guide, exponent, channels, planes, height, top, rows):
     """Weigh the pairs whose upper pixel lies in one block; add both ways into `sums`, planes of rows + reach_y rows."""
-    reach_y, reach_x = exponent.shape[0] - 1, exponent.shape[1] // 2
+    reach_y, reach_x = exponent.shape[0] - 1, exponent.shape[1] // 2 - 1
     padded = colour.size // (channels * height)
     plane, sums_plane = height * padded, (rows + reach_y) * padded
-    weight = np.empty(padded - 2 * reach_x, np.float32)
+    length = padded - 2 * (reach_x + 1)
+    weight = np.zeros(2 * length + 1, np.float32)
     for dy in range(reach_y + 1):
         for y in range(top, min(top + rows, height - dy)):
-            here, sums_here = y * padded + reach_x, (y - top) * padded + reach_x
-            for dx in range(-reach_x if dy > 0 else 1, reach_x + 1):
-                step = dy * padded + dx
-                there, sums_there = here + step, sums_here + step
-                weigh_row(weight, exponent[dy, dx + reach_x], guide, here, there, plane, planes)
-                for k in range(channels):
-                    add_weighted_row(sums, place(sums_here + k * sums_plane), weight, colour, place(there + k * plane))
-                    add_weighted_row(sums, place(sums_there + k * sums_plane), weight, colour, place(here + k * plane))
-                add_row(sums, place(sums_here + channels * sums_plane), weight)
-                add_row(sums, place(sums_there + channels * sums_plane), weight)
+            here, sums_here = y * padded + reach_x + 1, (y - top) * padded + reach_x + 1
+            for dx in range(-reach_x if dy > 0 else 1, reach_x + 1, 2):
+                there, sums_there = here + dy * padded + dx, sums_here + dy * padded + dx
+                space, next_space = exponent[dy, dx + reach_x], exponent[dy, dx + 1 + reach_x]
+                weigh_row(weight, 0, length, space, guide, here, there, plane, planes)
+                weigh_row(weight, length + 1, length, next_space, guide, here, there + 1, plane, planes)
+                add_both_ways(
+                    sums, sums_here, sums_there, sums_plane, weight, length, colour, here, there, plane, channels
+                )
 
 
 @kernel
-def weigh_row(weight, exponent, guide, here, there, plane, planes):
+def add_both_ways(sums, sums_here, sums_there, sums_plane, weight, length, colour, here, there, plane, channels):
+    """Add two taps to both pixels of each pair; `weight` holds those of dx, a zero, and those of dx + 1."""
+    first, zero, second, n = place(0), place(length), place(length + 1), place(length)
+    for k in range(channels):
+        seen = place(there + k * plane)
+        add_two_weighted(sums, place(sums_here), n, weight, first, second, colour, seen, seen + place(1))
+        seen = place(here + k * plane)
+        add_two_weighted(sums, place(sums_there), n, weight, first, zero, colour, seen, seen - place(1))
+        sums_here += sums_plane
+        sums_there += sums_plane
+    add_two(sums, place(sums_here), n, weight, first, second)
+    add_two(sums, place(sums_there), n, weight, first, zero)
+
+
+@kernel
+def weigh_row(weight, at, length, exponent, guide, here, there, plane, planes):
     """The weights of all pairs of two rows, from all guide planes, three at a time."""
-    if planes == GROUP:
-        weigh(weight, exponent, guide, place(here), place(there), place(plane))
-        return
-    weight[:] = np.float32(0)
+    at, n, step = place(at), place(length), place(plane)
     last = planes - GROUP
+    if last == 0:
+        weigh(weight, at, n, exponent, guide, place(here), place(there), step)
+        return
+    for x in range(at, at + n):
+        weight[x] = np.float32(0)
     for k in range(0, last, GROUP):
-        add_squares(weight, guide, place(here + k * plane), place(there + k * plane), place(plane))
-    weigh_on(weight, exponent, guide, place(here + last * plane), place(there + last * plane), place(plane))
-
-
-@kernel
-def gather_row(total, norm, sums, colour, channels, height, padded, reach_x, y, rows, sums_rows):
-    """Row y of the result: the pixel itself (weight 1), then what each block added to this row, in order."""
-    for x in range(norm.size):
-        norm[x] = np.float32(1)
-        for k in range(channels):
-            total[x, k] = colour[(k * height + y) * padded + reach_x + x]
-    for block in range(max(0, (y - sums_rows) // rows + 1), y // rows + 1):
-        row = y - block * rows
-        for x in range(norm.size):
-            norm[x] += sums[block, (channels * sums_rows + row) * padded + reach_x + x]
-            for k in range(channels):
-                total[x, k] += sums[block, (k * sums_rows + row) * padded + reach_x + x]
+        add_squares(weight, at, n, guide, place(here + k * plane), place(there + k * plane), step)
+    weigh_on(weight, at, n, exponent, guide, place(here + last * plane), place(there + last * plane), step)

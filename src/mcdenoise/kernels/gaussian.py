@@ -28,7 +28,8 @@ def gaussian_sums(image: np.ndarray, sigma_space: float, radius: int) -> tuple[n
     height, width, channels = image.shape
     weight_y, weight_x = (space_weight(sigma_space, min(radius, size - 1)) for size in (height, width))
     image = np.ascontiguousarray(image, np.float32)
-    total = separable_sums(image.ravel(), weight_y, weight_x, height, channels).reshape(image.shape)
+    total = np.empty_like(image)
+    separable_sums(total.ravel(), image.ravel(), weight_y, weight_x, height, channels)
     return total, np.outer(_sums_inside(weight_y, height), _sums_inside(weight_x, width))
 
 
@@ -51,20 +52,26 @@ def _sums_inside(weight: np.ndarray, size: int) -> np.ndarray:
 
 
 @kernel(parallel=True)
-def separable_sums(image, weight_y, weight_x, height, channels):
-    """Sums of the flat, interleaved image: for each row, down the columns into a padded row, then along it."""
-    total = np.empty(image.size, np.float32)
+def separable_sums(total, image, weight_y, weight_x, height, channels):
+    """Fill `total` from the flat, interleaved image, in blocks of rows."""
+    for block in prange((height + ROWS_PER_BLOCK - 1) // ROWS_PER_BLOCK):
+        top = block * ROWS_PER_BLOCK
+        sum_rows(total, image, weight_y, weight_x, height, channels, top, min(top + ROWS_PER_BLOCK, height))
+
+
+@kernel
+def sum_rows(total, image, weight_y, weight_x, height, channels, top, bottom):
+    """For each row: down the columns into a padded row, then along that row."""
     length = image.size // height
     margin = (weight_x.size - 1) * channels
-    for block in prange((height + ROWS_PER_BLOCK - 1) // ROWS_PER_BLOCK):
-        column_sum = np.zeros(length + 2 * margin, np.float32)
-        for y in range(block * ROWS_PER_BLOCK, min((block + 1) * ROWS_PER_BLOCK, height)):
-            sum_columns(column_sum, image, weight_y, y, height, length, margin)
-            scale(total, place(y * length), weight_x[0], column_sum, place(margin), place(length))
-            for dx in range(1, weight_x.size):
-                left, right = margin - dx * channels, margin + dx * channels
-                add_pair(total, place(y * length), weight_x[dx], column_sum, place(left), place(right), place(length))
-    return total
+    column_sum = np.zeros(length + 2 * margin, np.float32)
+    for y in range(top, bottom):
+        sum_columns(column_sum, image, weight_y, y, height, length, margin)
+        at = place(y * length)
+        scale(total, at, weight_x[0], column_sum, place(margin), place(length))
+        for dx in range(1, weight_x.size):
+            left, right = place(margin - dx * channels), place(margin + dx * channels)
+            add_pair(total, at, weight_x[dx], column_sum, left, right, place(length))
 
 
 @kernel

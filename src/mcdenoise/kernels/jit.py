@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+import llvmlite.binding as llvm
 import numba
 from numba import config
 
@@ -36,7 +37,7 @@ def kernel(function: Callable | None = None, *, parallel: bool = False) -> Calla
     """
     if function is None:
         return functools.partial(kernel, parallel=parallel)
-    folder = _writable(kernel_folder())
+    folder = _writable(kernel_folder()) if Path(function.__code__.co_filename).is_file() else None
     before, config.CACHE_DIR = config.CACHE_DIR, folder or ""
     try:
         return numba.njit(cache=folder is not None, parallel=parallel, fastmath=FASTMATH, nogil=True)(function)
@@ -68,3 +69,22 @@ def _writable(folder: Path) -> str | None:
             return str(folder)
     except OSError:
         return None
+
+
+def compiler_facts() -> dict[str, str | int]:
+    """Return what decides the speed of kernels here: numba's version, its threads, the CPU, its widest vector unit.
+
+    Examples
+    --------
+    >>> sorted(compiler_facts())
+    ['cpu', 'numba', 'simd', 'threads']
+    """
+    features = llvm.get_host_cpu_features()
+    known = ("avx512f", "avx2", "fma", "avx", "sse4.2", "sve", "neon")
+    simd = "+".join(name for name in known if features.get(name)) or "unknown"
+    return {
+        "numba": numba.__version__,
+        "threads": numba.get_num_threads(),
+        "cpu": llvm.get_host_cpu_name(),
+        "simd": simd,
+    }

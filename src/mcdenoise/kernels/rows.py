@@ -19,8 +19,9 @@ from mcdenoise.kernels.jit import kernel
 place = np.uint64
 ZERO = place(0)
 
-# 2^f = sum_k EXP2[k] f^k on (-1, 0], relative error 7.5e-8: least squares reweighted until the error is level.
-EXP2 = (9.99999925e-01, 6.93142253e-01, 2.40172189e-01, 5.52797223e-02, 9.18861139e-03, 9.38788205e-04)
+# 2^f = sum_k EXP2[k] f^k on (-1, 0]: the smallest largest relative error, 8.4e-8, with EXP2[0] = 1 (linear
+# programming).
+EXP2 = (1.0, 6.931437242e-01, 2.401801688e-01, 5.529743525e-02, 9.205891324e-03, 9.449426442e-04)
 A0, A1, A2, A3, A4, A5 = (np.float32(a) for a in EXP2)
 LOWEST = np.float32(-127)
 BIAS, MANTISSA_BITS = np.int32(127), np.int32(23)
@@ -28,7 +29,7 @@ BIAS, MANTISSA_BITS = np.int32(127), np.int32(23)
 
 @kernel
 def exp2(t):
-    """2^t for t <= 0, relative error below 4e-7; exactly 0 for t <= -127.
+    """2^t for t <= 0, relative error below 4e-7; exactly 1 at t = 0 and exactly 0 for t <= -127.
 
     The whole part of t goes into the exponent bits of a float32, the fraction through a polynomial.
     """
@@ -40,50 +41,50 @@ def exp2(t):
 
 
 @kernel
-def add_squares(distance, guide, here, there, plane):
-    """distance[x] += squared distance of three guide planes between the rows at `here` and `there`."""
+def add_squares(distance, at, length, guide, here, there, plane):
+    """distance[at + x] += squared distance of three guide planes between the rows at `here` and `there`."""
     here_1, here_2, there_1, there_2 = here + plane, here + plane + plane, there + plane, there + plane + plane
-    for x in range(ZERO, place(distance.size)):
+    for x in range(ZERO, length):
         a = guide[here + x] - guide[there + x]
         b = guide[here_1 + x] - guide[there_1 + x]
         c = guide[here_2 + x] - guide[there_2 + x]
-        distance[x] += a * a + b * b + c * c
+        distance[at + x] += a * a + b * b + c * c
 
 
 @kernel
-def weigh(weight, exponent, guide, here, there, plane):
-    """weight[x] = 2^(exponent - squared distance of three guide planes between the rows at `here` and `there`)."""
+def weigh(weight, at, length, exponent, guide, here, there, plane):
+    """weight[at + x] = 2^(exponent - squared distance of three guide planes between the rows at `here`, `there`)."""
     here_1, here_2, there_1, there_2 = here + plane, here + plane + plane, there + plane, there + plane + plane
-    for x in range(ZERO, place(weight.size)):
+    for x in range(ZERO, length):
         a = guide[here + x] - guide[there + x]
         b = guide[here_1 + x] - guide[there_1 + x]
         c = guide[here_2 + x] - guide[there_2 + x]
-        weight[x] = exp2(exponent - (a * a + b * b + c * c))
+        weight[at + x] = exp2(exponent - (a * a + b * b + c * c))
 
 
 @kernel
-def weigh_on(weight, exponent, guide, here, there, plane):
-    """As `weigh`, with the squared distance of earlier planes found in weight[x]."""
+def weigh_on(weight, at, length, exponent, guide, here, there, plane):
+    """As `weigh`, with the squared distance of earlier planes found in weight[at + x]."""
     here_1, here_2, there_1, there_2 = here + plane, here + plane + plane, there + plane, there + plane + plane
-    for x in range(ZERO, place(weight.size)):
+    for x in range(ZERO, length):
         a = guide[here + x] - guide[there + x]
         b = guide[here_1 + x] - guide[there_1 + x]
         c = guide[here_2 + x] - guide[there_2 + x]
-        weight[x] = exp2(exponent - (weight[x] + a * a + b * b + c * c))
+        weight[at + x] = exp2(exponent - (weight[at + x] + a * a + b * b + c * c))
 
 
 @kernel
-def add_row(total, at, weight):
-    """total[at + x] += weight[x]."""
-    for x in range(ZERO, place(weight.size)):
-        total[at + x] += weight[x]
+def add_two(total, at, length, weight, one, other):
+    """total[at + x] += the weights at `one` and at `other`."""
+    for x in range(ZERO, length):
+        total[at + x] += weight[one + x] + weight[other + x]
 
 
 @kernel
-def add_weighted_row(total, at, weight, colour, there):
-    """total[at + x] += weight[x] * colour[there + x]."""
-    for x in range(ZERO, place(weight.size)):
-        total[at + x] += weight[x] * colour[there + x]
+def add_two_weighted(total, at, length, weight, one, other, colour, there_one, there_other):
+    """total[at + x] += weight * colour for the weights at `one` and at `other`."""
+    for x in range(ZERO, length):
+        total[at + x] += weight[one + x] * colour[there_one + x] + weight[other + x] * colour[there_other + x]
 
 
 @kernel

@@ -10,7 +10,7 @@ from mcdenoise.render.variants import use_variant
 from mcdenoise.samples.gate import check_image, check_nonfinite, check_same_size
 from mcdenoise.samples.storage import write_beside
 
-_SUFFIXES = {1: ("Y",), 3: ("R", "G", "B")}
+_CHANNELS = {1: "Y", 2: "YA", 3: "RGB", 4: "RGBA"}
 
 
 def write_exr(path: str | os.PathLike, image: object) -> None:
@@ -41,7 +41,7 @@ def write_exr(path: str | os.PathLike, image: object) -> None:
             raise ValueError(f"A layer's name must be a plain word or '', got {layer!r}.")
         array = np.atleast_3d(check_image(values, layer or "image").astype(np.float32))
         planes.append(check_same_size(array, layer or "image", planes[0] if planes else array, "the first layer"))
-        channels = _SUFFIXES.get(array.shape[2]) or [f"{k:04}" for k in range(array.shape[2])]
+        channels = _CHANNELS.get(array.shape[2]) or [f"{k:04}" for k in range(array.shape[2])]
         names += [f"{layer}.{channel}".lstrip(".") for channel in channels]
     with write_beside(path) as temporary, use_variant("scalar_rgb"):
         import mitsuba as mi
@@ -83,13 +83,24 @@ def read_exr(path: str | os.PathLike, layer: str | None = None, nonfinite: str =
         import mitsuba as mi
 
         try:
-            layers = {name: np.array(part) for name, part in mi.Bitmap(str(path)).split()}
+            bitmap = mi.Bitmap(str(path))
         except RuntimeError as error:
             raise ValueError(f"{path} can not be read as an image: {error}") from error
-    chosen = layer or ("<root>" if len(layers) > 1 else next(iter(layers)))
+        names = [channel.name for channel in bitmap.struct_()]
+        block = np.atleast_3d(np.array(bitmap)).astype(np.float32)
+    layers = sorted({name.rpartition(".")[0] for name in names})
+    chosen = layers[0] if layer is None and len(layers) == 1 else layer or ""
     if chosen not in layers:
         raise ValueError(f"{path} has no layer {layer!r}; choose one with layer=: {', '.join(layers)}.")
-    return check_nonfinite(layers[chosen].astype(np.float32), path.name, nonfinite)
+    columns = [k for k, name in enumerate(names) if name.rpartition(".")[0] == chosen]
+    columns.sort(key=lambda k: _channel_order(names[k].rpartition(".")[2]))
+    image = block[:, :, columns] if len(columns) > 1 else block[:, :, columns[0]]
+    return check_nonfinite(image, path.name, nonfinite)
+
+
+def _channel_order(channel: str) -> tuple[int, str]:
+    """Sort R, G, B before A, and other channels by their names (X, Y, Z; 0000, 0001)."""
+    return "RGB".find(channel) if channel in "RGB" else 3 + (channel == "A"), channel
 
 
 def _exr_path(path: str | os.PathLike) -> Path:

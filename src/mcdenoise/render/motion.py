@@ -73,10 +73,12 @@ class Poser:
         for key, displacement in motion.items():
             name = next((n for n in (f"{key}.to_world", f"{key}.vertex_positions") if n in self._params), None)
             if name is None:
-                movable = sorted({n.split(".")[0] for n in self._params if n.endswith((".to_world", ".vertex_positions"))})
+                ends = (".to_world", ".vertex_positions")
+                movable = sorted({n.split(".")[0] for n in self._params.keys() if n.endswith(ends)})  # noqa: SIM118
                 raise ValueError(f"motion names {key!r}, which can not be moved; what can: {', '.join(movable)}.")
             value = self._params[name]
-            value = np.array(value).reshape(-1, 3) if name.endswith("positions") else value
+            # A copy: what traverse gives is the live value, which changes with every pose.
+            value = np.array(value).reshape(-1, 3) if name.endswith("positions") else type(value)(value)
             self._rest.append((name, value, [float(d) for d in displacement]))
 
     def at(self, time: float) -> None:

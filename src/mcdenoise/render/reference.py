@@ -126,7 +126,9 @@ def _render(ready: ReadyScene, spp: int, seed: int, stream: int, progress: bool 
             norm += finite * count
             bar.update(count)
     if not norm.all():
-        raise ValueError(f"{int((norm == 0).sum())} pixels of {ready.label} are never finite. Check its lights and BSDFs.")
+        raise ValueError(
+            f"{int((norm == 0).sum())} pixels of {ready.label} are never finite. Check its lights and BSDFs."
+        )
     return (total / norm).astype(np.float32)
 
 

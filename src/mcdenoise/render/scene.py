@@ -152,7 +152,9 @@ def _load_xml(path: Path, width: int, height: int) -> ReadyScene:
     import mitsuba as mi
 
     if not path.is_file():
-        raise ValueError(f"scene names the file {path}, but there is none. Check the path; toy scenes: {', '.join(SCENES)}.")
+        raise ValueError(
+            f"scene names the file {path}, but there is none. Check the path; toy scenes: {', '.join(SCENES)}."
+        )
     try:
         root = ET.fromstring(path.read_bytes())
         cameras = root.findall("sensor")
@@ -235,7 +237,8 @@ def _files_beside(path: Path) -> Iterator[None]:
 
     before = mi.file_resolver()
     ours = mi.FileResolver()
-    ours.prepend(str(path.absolute().parent))
+    for folder in (path.absolute().parent, *(before[k] for k in range(len(before)))):
+        ours.append(str(folder))
     mi.set_file_resolver(ours)
     try:
         yield

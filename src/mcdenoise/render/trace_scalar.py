@@ -49,7 +49,7 @@ def trace_scalar(
     has_lens = sensor.needs_aperture_sample()
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(seed, 1)
-    next_1d, next_2d = sampler.next_1d, sampler.next_2d
+    next_2d = sampler.next_2d
     smooth = int(mi.BSDFFlags.Smooth)
     centre = mi.Point2f(0.5)
     add_features = _feature_adder(scene, [name for name in FEATURES if name in names])
@@ -111,7 +111,7 @@ def _surface(numbers: list[float], si: Any, bsdf: Any, wanted: Sequence[bool], d
         numbers.extend(si.sh_frame.n)
     if wanted[2]:
         if bsdf.flags() & diffuse:
-            numbers += [min(max(channel, 0.0), 1.0) for channel in bsdf.eval_diffuse_reflectance(si)]
+            numbers.extend(bsdf.eval_diffuse_reflectance(si))
         else:
             numbers += _NOTHING
 
@@ -121,4 +121,5 @@ def _columns(numbers: list[float], names: Sequence[str], count: int) -> dict[str
     table = np.array(numbers, np.float32).reshape(count, -1)
     widths = _ALWAYS | {name: FEATURES[name][0] for name in FEATURES if name in names}
     ends = dict(zip(widths, np.cumsum(list(widths.values())).tolist(), strict=True))
-    return {name: table[:, ends[name] - widths[name] : ends[name]] for name in names if name != "time"}
+    columns = {name: table[:, ends[name] - widths[name] : ends[name]] for name in names if name != "time"}
+    return {name: values.clip(0, 1) if name.startswith("albedo") else values for name, values in columns.items()}

@@ -14,7 +14,8 @@ def trace_wavefront(
     """Trace one sample for each entry of `pixels` and return what `names` lists.
 
     The draws are Mitsuba's own, in its order: film position, aperture; then a copy of the sampler draws ahead what the
-    path integrator is about to draw at the first hit: light (2), lobe (1), BSDF (2). Everything fuses into one kernel.
+    path integrator is about to draw at the first hit: light (2), lobe (1), BSDF (2). Everything fuses into one kernel;
+    the size of the image is opaque to it, so that one compilation serves all sizes.
 
     Parameters
     ----------
@@ -32,14 +33,14 @@ def trace_wavefront(
     import mitsuba as mi
 
     n = len(pixels)
-    index = mi.UInt32(np.ascontiguousarray(pixels, np.uint32))
-    height = int(ready.scene.sensors()[0].film().size()[1])
+    sensor = ready.scene.sensors()[0]
+    index, columns = mi.UInt32(np.ascontiguousarray(pixels, np.uint32)), dr.opaque(mi.UInt32, width)
+    scale = [dr.opaque(mi.Float, float(np.float32(1) / np.float32(side))) for side in sensor.film().size()]
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(seed, n)
-    sensor = ready.scene.sensors()[0]
-    film = mi.Point2f(index % width, index // width) + sampler.next_2d()
+    film = mi.Point2f(index % columns, index // columns) + sampler.next_2d()
     lens = sampler.next_2d() if sensor.needs_aperture_sample() else mi.Point2f(0.5)
-    ray, ray_weight = sensor.sample_ray_differential(0.0, 0.0, film / mi.Point2f(width, height), lens)
+    ray, ray_weight = sensor.sample_ray_differential(0.0, 0.0, film * mi.Point2f(scale), lens)
     ahead = sampler.clone()
     light, lobe, scatter = ahead.next_2d(), ahead.next_1d(), ahead.next_2d()
     radiance, _, _ = ready.integrator.sample(ready.scene, sampler, ray)
@@ -63,7 +64,15 @@ def trace_wavefront(
         values |= _surface(second, mi.RayDifferential3f(onward), names, "_2")
     wanted = {name: values[name] for name in names if name != "time"}
     dr.eval(wanted)
-    return {name: np.broadcast_to(np.atleast_2d(np.array(v)).T, (n, _channels(v))) for name, v in wanted.items()}
+    return {name: _as_table(value, n) for name, value in wanted.items()}
+
+
+def _as_table(value: Any, n: int) -> np.ndarray:
+    """Return an evaluated Dr.Jit number or vector as (n, channels); literals are as wide as the others."""
+    import drjit as dr
+
+    channels = list(value) if dr.depth_v(value) > 1 else [value]  # one by one: they are in memory, no kernel is needed
+    return np.stack([np.broadcast_to(np.array(channel), n) for channel in channels], axis=1)
 
 
 def _surface(si: Any, ray: Any, names: Sequence[str], suffix: str) -> dict[str, Any]:
@@ -81,10 +90,3 @@ def _surface(si: Any, ray: Any, names: Sequence[str], suffix: str) -> dict[str, 
         is_diffuse = si.is_valid() & mi.has_flag(bsdf.flags(), mi.BSDFFlags.DiffuseReflection)
         values[f"albedo{suffix}"] = dr.clip(bsdf.eval_diffuse_reflectance(si, is_diffuse), 0, 1) & is_diffuse
     return values
-
-
-def _channels(value: Any) -> int:
-    """Return how many numbers a sample has in a Dr.Jit value: 1 for a plain array."""
-    import drjit as dr
-
-    return len(value) if dr.depth_v(value) > 1 else 1

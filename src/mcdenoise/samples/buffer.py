@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from mcdenoise.samples.gate import check_count, check_float_array, check_nonfinite
-from mcdenoise.samples.layout import Layout, check_field
-
-POSITION_SLACK = 1e-3  # pixels: what float32 may lose in images of some ten thousand pixels a side
+from mcdenoise.samples.gate_samples import check_field, check_hit, check_provenance, check_ranges
+from mcdenoise.samples.layout import Layout
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,12 +106,12 @@ class SampleBuffer:
         }
         columns = {kind: {name: a.shape[3] for name, a in given.items()} for kind, given in fields.items()}
         numbers = {name: _frozen(_single(a, name, nonfinite)) for name, a in numbers.items()}
-        _check_ranges(numbers["screen_position"], numbers["random_params"])
+        check_ranges(numbers["screen_position"], numbers["random_params"])
         return cls(
             **numbers,
-            hit=_frozen(_check_hit(hit, size)),
+            hit=_frozen(check_hit(hit, size)),
             layout=Layout.of(columns["random_params"], columns["features"]),
-            provenance=MappingProxyType(_check_provenance(provenance)),
+            provenance=MappingProxyType(check_provenance(provenance)),
         )
 
     @property
@@ -211,6 +209,27 @@ class SampleBuffer:
             provenance=MappingProxyType({**self.provenance, "crop_origin": origin}),
         )
 
+    def subset(self, start: int, stop: int) -> SampleBuffer:
+        """Return samples `start` to `stop` - 1 of every pixel: the same scene at fewer spp, or one half for validation.
+
+        Raises
+        ------
+        ValueError
+            If no sample is left, or `stop` is beyond the buffer's spp.
+
+        Examples
+        --------
+        >>> SampleBuffer.from_arrays(np.ones((1, 1, 8, 3)), np.zeros((1, 1, 8, 2))).subset(0, 4).spp
+        4
+        """
+        start = check_count(start, "start", least=0)
+        stop = check_count(stop, "stop", least=start + 1)
+        if stop > self.spp:
+            raise ValueError(f"stop must be at most the {self.spp} spp of these samples, got {stop}.")
+        names = ("screen_position", "random_params", "features", "radiance", "hit")
+        blocks = {name: _frozen(getattr(self, name)[:, :, start:stop].copy()) for name in names}
+        return replace(self, **blocks, provenance=MappingProxyType({**self.provenance, "subset": [start, stop]}))
+
     def save(self, path: str | os.PathLike) -> None:
         """Write the samples to `path` (`.npz`); `mcd.load_samples` reads them back.
 
@@ -248,44 +267,3 @@ def _frozen(array: np.ndarray) -> np.ndarray:
     """Return `array`, from now on read-only."""
     array.flags.writeable = False
     return array
-
-
-def _check_hit(hit: object, size: tuple[int, int, int]) -> np.ndarray:
-    """Return `hit` as a bool array of its own."""
-    if hit is None:
-        return np.ones(size, bool)
-    array = np.asarray(hit)
-    if array.shape != size or not (array.dtype == bool or np.isin(array, (0, 1)).all()):
-        raise ValueError(
-            f"hit must be bool (or 0 and 1) of shape (h, w, spp) = {size}, got {array.dtype} of {array.shape}."
-        )
-    return array.astype(bool)
-
-
-def _check_provenance(provenance: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return a copy of `provenance`, which must be something that can be stored as JSON."""
-    try:
-        return json.loads(json.dumps(dict(provenance or {})))
-    except (TypeError, ValueError) as error:
-        raise ValueError(
-            f"provenance must hold what JSON can: text, numbers, lists ({error}). Got {provenance!r}."
-        ) from error
-
-
-def _check_ranges(screen_position: np.ndarray, random_params: np.ndarray) -> None:
-    """Refuse positions outside their pixel and random numbers outside [0, 1]."""
-    height, width = screen_position.shape[:2]
-    corner = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1)[:, :, np.newaxis]
-    outside = np.abs(screen_position - corner - 0.5).max(axis=-1) > 0.5 + POSITION_SLACK
-    if outside.any():
-        y, x, sample = (int(i) for i in np.argwhere(outside)[0])
-        raise ValueError(
-            f"Each screen_position must lie in its own pixel: (x, y) in pixels, x right, y down, pixel (0, 0) covers "
-            f"[0, 1)^2. Got {screen_position[y, x, sample].tolist()} for the pixel in row {y}, column {x}. Are x and y "
-            f"exchanged, or the units not pixels?"
-        )
-    if random_params.size and (random_params.min() < 0 or random_params.max() > 1):
-        raise ValueError(
-            f"Random parameters must lie in [0, 1], got {random_params.min():g} to {random_params.max():g}. Pass the "
-            f"random numbers themselves, not what the renderer made of them."
-        )

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from mcdenoise.samples.gate import check_names
 
 # name -> (channels, unit). The house knows these; a buffer carries only those that its scene has.
@@ -95,34 +93,6 @@ class Layout:
             if names is None
             else tuple(fields[n] for n in check_names(names, list(fields), kind))
         )
-
-
-def check_field(name: str, array: np.ndarray, size: tuple[int, int, int], kind: str) -> np.ndarray:
-    """Return the array of one field as (h, w, spp, channels) after checking its name and shape.
-
-    Raises
-    ------
-    ValueError
-        If `name` is no Python name or is taken, or the shape does not fit `size` = (h, w, spp) or the house's layout.
-    """
-    known = {"random_params": RANDOM_PARAMS, "features": FEATURES}
-    other = "features" if kind == "random_params" else "random_params"
-    if not isinstance(name, str) or not name.isidentifier() or name in RESERVED or name in known[other]:
-        raise ValueError(
-            f"A name in {kind} must be a plain word that is not taken ({', '.join(RESERVED)}), got {name!r}."
-        )
-    channels = known[kind].get(name, (None,))[0]
-    needed = f"(h, w, spp, {channels or 'channels'})" if channels != 1 else "(h, w, spp)"
-    if array.shape == size:
-        array = array[..., np.newaxis]
-    if (
-        array.ndim != 4
-        or array.shape[:3] != size
-        or array.shape[3] != (channels or array.shape[3])
-        or not array.shape[3]
-    ):
-        raise ValueError(f"{kind} {name!r} must have shape {needed} with (h, w, spp) = {size}, got {array.shape}.")
-    return array
 
 
 def _lay(channels_of: dict[str, int], known: dict[str, tuple[int, str]]) -> tuple[Field, ...]:

@@ -1,1 +1,1 @@
-"""The roof: comparisons, charts, reports and benchmarks. The only room that imports matplotlib."""
+"""The roof: comparisons, charts, reports and benchmarks of everything below. The only room with matplotlib."""

@@ -16,7 +16,7 @@ from mcdenoise.metrics import mse, psnr, relmse, ssim
 from mcdenoise.render import capture, render_image, render_reference
 from mcdenoise.samples import SampleBuffer, pixel_mean
 from mcdenoise.samples.gate import check_count, check_names
-from mcdenoise.study.methods import METHODS, Method
+from mcdenoise.study.methods import METHODS, Method, choose_parameters
 
 REPEATS = 5
 SMALLEST = 16  # pixels a side: below that there is nothing to look at, and SSIM has no room
@@ -34,7 +34,8 @@ class Result:
     parameters : of the filter, {} for Monte Carlo
     render_seconds : rendering that many samples, radiance alone
     filter_seconds : median over repeats, samples in, image out; 0 for Monte Carlo
-    compile_seconds : what the first call took beyond that
+    compile_seconds : what the first call took beyond the second
+    choose_seconds : what choosing the parameters by halves of the samples took
     equal_time_with : labels of the filters whose total time this Monte Carlo image takes
     relmse, mse, psnr, ssim : against the reference
     image : (h, w, 3) float32
@@ -48,6 +49,7 @@ class Result:
     render_seconds: float
     filter_seconds: float
     compile_seconds: float
+    choose_seconds: float
     equal_time_with: tuple[str, ...]
     relmse: float
     mse: float
@@ -218,6 +220,7 @@ def _measure(
         "parameters": {},
         "filter_seconds": 0.0,
         "compile_seconds": 0.0,
+        "choose_seconds": 0.0,
         "equal_time_with": (),
         **more,
     }
@@ -226,10 +229,12 @@ def _measure(
 
 
 def _filter(method: Method, samples: SampleBuffer, reference: np.ndarray, render: RenderClock) -> Result:
-    """Run one method: a first call that may compile, then the timed ones."""
-    parameters = method.parameters(samples)
-    (first,) = _seconds(lambda: method.run(samples, **parameters), 1)
-    median = statistics.median(_seconds(lambda: method.run(samples, **parameters), REPEATS))
+    """Run one method: a call that may compile, the choice of its bandwidths, then the timed calls."""
+    start = method.candidates(samples)[0]
+    first, second = _seconds(lambda: method.run(samples, **start), 2)
+    choosing = perf_counter()
+    parameters = choose_parameters(method, samples)
+    choosing = perf_counter() - choosing
     return _measure(
         method.run(samples, **parameters),
         reference,
@@ -239,8 +244,9 @@ def _filter(method: Method, samples: SampleBuffer, reference: np.ndarray, render
         render,
         kind="filter",
         parameters=parameters,
-        filter_seconds=median,
-        compile_seconds=max(first - median, 0.0),
+        filter_seconds=statistics.median(_seconds(lambda: method.run(samples, **parameters), REPEATS)),
+        compile_seconds=max(first - second, 0.0),
+        choose_seconds=choosing,
     )
 
 

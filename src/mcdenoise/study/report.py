@@ -80,13 +80,14 @@ def table(comparison: Comparison) -> str:
 
 def _notes(comparison: Comparison) -> list[str]:
     """What a reader must know to trust the table."""
+    compiling = sum(result.compile_seconds for result in comparison.filters)
+    choosing = sum(result.choose_seconds for result in comparison.filters)
     return [
         "* on the Pareto front: no other is both faster and more accurate.",
-        f"Render seconds: radiance alone, {comparison.render_fixed_seconds:.4f} s + {comparison.render_seconds_per_spp:.4f} s "
-        f"a spp. Filter seconds: median of 5, samples in, image out; compiling apart "
-        f"({sum(r.compile_seconds for r in comparison.filters):.1f} s in all, once).",
-        f"Capturing the samples with their features took {comparison.capture_seconds:.2f} s and is not charged: it is slow "
-        f"for being done in Python.",
+        f"Render seconds: radiance alone, {comparison.render_fixed_seconds:.4f} s + "
+        f"{comparison.render_seconds_per_spp:.4f} s a spp. Filter seconds: median of 5, samples in, image out.",
+        f"Not charged: capturing samples and features, {comparison.capture_seconds:.2f} s, slow for being done in Python; "
+        f"compiling, {compiling:.1f} s; choosing bandwidths by halves of the samples, {choosing:.1f} s.",
         f"Reference: {comparison.reference_spp} spp; its own noise adds about {comparison.reference_relmse:.5f} to each relMSE.",
     ]
 

@@ -34,7 +34,7 @@ def stage() -> dict[str, Any]:
 def _balls() -> dict[str, Any]:
     return {
         "ball_near": parts.sphere((0.85, -2.3, 0.4), 0.4, parts.diffuse(parts.stripes(CREAM, RED, 12)), (25, 15, 0)),
-        "ball_left": parts.sphere((-0.95, -0.9, 0.5), 0.5, parts.diffuse(parts.checker(CREAM, GREEN, 12, 6))),
+        "ball_left": parts.sphere((-0.9, -0.8, 0.5), 0.5, parts.diffuse(parts.checker(CREAM, GREEN, 12, 6))),
         "ball_focus": parts.sphere((0.1, 0.1, 0.6), 0.6, parts.diffuse(parts.checker(CREAM, BLUE, 16, 8)), (20, 20, 0)),
         "ball_right": parts.sphere(
             (1.45, 1.7, 0.6), 0.6, parts.diffuse(parts.stripes(CREAM, RED, 8, "v")), (30, -30, 0)
@@ -48,7 +48,7 @@ def _room() -> dict[str, Any]:
     return {
         "floor": parts.floor((0, 4, 0), 12, 12, parts.diffuse(tiles)),
         "wall": parts.rectangle((0, 12, 0), (0, -1, 0), 16, 10, bsdf=parts.diffuse((0.13, 0.16, 0.27))),
-        "light": parts.square_light((-3.0, -4.0, 8.5), (0, 1.0, 0), 1.7, (27.0, 25.5, 23.0)),
+        "light": parts.square_light((-3.2, -6.0, 7.6), (0, 1.0, 0), 1.7, (32.0, 30.3, 27.2)),
     }
 
 
@@ -60,9 +60,9 @@ def _lamps() -> dict[str, Any]:
 
 
 def _lamp(center: parts.Vector, tint: parts.Vector) -> dict[str, Any]:
-    radiance = parts.rgb(tuple(5.0 * channel for channel in tint))
+    radiance = parts.rgb(tuple(3.5 * channel for channel in tint))
     emitter = {"type": "area", "radiance": radiance, "sampling_weight": 0.003}
-    return parts.sphere(center, 0.11, parts.diffuse((0, 0, 0))) | {"emitter": emitter}
+    return parts.sphere(center, 0.13, parts.diffuse((0, 0, 0))) | {"emitter": emitter}
 
 
 SCENE = ToyScene(

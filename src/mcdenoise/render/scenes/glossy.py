@@ -18,7 +18,7 @@ def build() -> dict[str, Any]:
     """Mitsuba dict of the scene, without film, sampler and integrator."""
     return {
         "type": "scene",
-        "sensor": parts.pinhole_camera((0.0, -4.6, 1.9), (0.0, 0.3, 0.72), 36.0),
+        "sensor": parts.pinhole_camera((0.0, -4.6, 1.8), (0.0, 0.3, 0.75), 34.5),
         "light": parts.square_light((0.0, -0.8, 3.95), (0, -0.8, 0), 2.2, (3.0, 2.85, 2.65)),
         **_walls(),
         **_metal(),
@@ -35,7 +35,10 @@ def _walls() -> dict[str, Any]:
         "wall_back": wall((0, 2.6, 0), (0, -1, 0), BLUE),
         "wall_left": wall((-2.8, 0, 0), (1, 0, 0), RED, "v"),
         "wall_right": wall((2.8, 0, 0), (-1, 0, 0), GREEN, "v"),
-        "wall_front": wall((0, -5.4, 0), (0, 1, 0), YELLOW, count=8),
+        "wall_front": wall((0, -6.5, 0), (0, 1, 0), YELLOW, count=8),
+        "floor": parts.floor(
+            (0, -1, 0), 6, 6, parts.diffuse(parts.stripes((0.45, 0.44, 0.42), (0.2, 0.2, 0.23), 24, "v"))
+        ),
         "ceiling": parts.rectangle((0, -1, 4), (0, 0, -1), 6, 6, bsdf=parts.diffuse(WHITE)),
     }
 
@@ -45,10 +48,9 @@ def _metal() -> dict[str, Any]:
         return {"type": "roughconductor", "material": material, "distribution": "ggx", "alpha": alpha}
 
     return {
-        "plate": parts.floor((0, 0, 0), 6, 6, rough("Al", 0.07)),
-        "ball_left": parts.sphere((-1.05, 0.6, 0.65), 0.65, rough("Cu", 0.15)),
+        "ball_left": parts.sphere((-1.05, 0.6, 0.65), 0.65, rough("Cu", 0.12)),
         "ball_middle": parts.sphere((0.0, -0.7, 0.5), 0.5, rough("Ag", 0.05)),
-        "ball_right": parts.sphere((1.05, 0.5, 0.65), 0.65, rough("Au", 0.1)),
+        "ball_right": parts.sphere((1.05, 0.5, 0.65), 0.65, rough("Au", 0.08)),
     }
 
 

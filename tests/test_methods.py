@@ -1,0 +1,63 @@
+"""Bandwidths chosen without the reference, against the choice that knows the truth."""
+
+import numpy as np
+import pytest
+
+from conftest import make_samples
+from mcdenoise.metrics import relmse
+from mcdenoise.study.methods import METHODS, choose_parameters, feature_spreads
+
+pytestmark = pytest.mark.ch10
+
+
+def _noisy(rng, truth, noise, spp=8, **changes):
+    """Samples of `truth` (h, w, 3) with Gaussian noise of standard deviation `noise`."""
+    size = (*truth.shape[:2], spp)
+    radiance = truth[:, :, np.newaxis] + noise * rng.normal(size=(*size, 3))
+    return make_samples(rng, *size, radiance=radiance, **changes)
+
+
+def _ramp(height, width):
+    """A slow ramp: little detail to lose."""
+    return np.repeat(np.linspace(0.5, 1.5, width)[np.newaxis, :, np.newaxis], 3, axis=2).repeat(height, axis=0)
+
+
+def test_more_noise_asks_for_a_wider_gaussian(rng):
+    truth = _ramp(24, 24) + 0.3 * (np.indices((24, 24)).sum(0) // 4 % 2)[..., np.newaxis]
+    chosen = [choose_parameters(METHODS["gaussian"], _noisy(rng, truth, n))["sigma_space"] for n in (0.01, 0.3, 1.5)]
+    assert chosen == sorted(chosen)
+    assert chosen[0] < chosen[-1]
+
+
+@pytest.mark.parametrize("name", ["gaussian", "bilateral"])
+def test_choice_by_halves_is_close_to_the_choice_that_knows_the_truth(rng, name):
+    method = METHODS[name]
+    truth = _ramp(32, 32) * (1 + 0.5 * (np.indices((32, 32))[1] > 16))[..., np.newaxis]
+    samples = _noisy(rng, truth, 0.4)
+    errors = [relmse(method.run(samples, **p), truth) for p in method.candidates(samples)]
+    chosen = relmse(method.run(samples, **choose_parameters(method, samples)), truth)
+    unfiltered = relmse(samples.radiance.mean(axis=2), truth)
+    assert chosen < 0.5 * unfiltered
+    assert chosen - min(errors) < 0.1 * (unfiltered - min(errors))
+
+
+def test_one_sample_has_no_halves_and_takes_the_middle(rng):
+    samples = _noisy(rng, _ramp(8, 8), 0.1, spp=1)
+    assert choose_parameters(METHODS["gaussian"], samples) == {"sigma_space": 1.0}
+
+
+def test_spreads_follow_the_units_and_leave_out_what_does_not_vary(rng):
+    size = (6, 6, 2)
+    depth = rng.random(size)
+    features = {"depth": depth, "albedo": np.full((*size, 3), 0.5), "albedo_2": rng.random((*size, 3))}
+    near = feature_spreads(make_samples(rng, *size, features=features))
+    far = feature_spreads(make_samples(rng, *size, features={**features, "depth": 100 * depth}))
+    assert set(near) == {"depth"}
+    assert far["depth"] == pytest.approx(100 * near["depth"], rel=1e-5)
+
+
+def test_every_method_runs_on_every_candidate(rng):
+    samples = _noisy(rng, _ramp(8, 9), 0.2)
+    for method in METHODS.values():
+        for parameters in method.candidates(samples):
+            assert method.run(samples, **parameters).shape == (8, 9, 3)
