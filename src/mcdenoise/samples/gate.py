@@ -144,7 +144,7 @@ def check_radius(radius: object, sigma_space: float) -> int:
     Raises
     ------
     ValueError
-        If `radius` is no whole number or negative, or if it is None while `sigma_space` is infinite.
+        If `radius` is no whole number or negative, or if it is None while 3 `sigma_space` is infinite.
 
     Examples
     --------
@@ -152,7 +152,7 @@ def check_radius(radius: object, sigma_space: float) -> int:
     5
     """
     if radius is None:
-        if np.isinf(sigma_space):
+        if np.isinf(3 * sigma_space):
             raise ValueError("radius must be given when sigma_space is infinite (the default is ceil(3 sigma_space)).")
         return int(np.ceil(3 * sigma_space))
     return check_count(radius, "radius", least=0)
