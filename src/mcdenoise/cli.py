@@ -7,15 +7,8 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import NoReturn
 
-
-class OneLineParser(argparse.ArgumentParser):
-    """A parser whose errors take one line and exit code 2."""
-
-    def error(self, message: str) -> NoReturn:
-        """Print what is wrong and where help stands, and leave with code 2."""
-        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+from mcdenoise.study.arguments import OneLineParser
 
 
 def build_parser() -> argparse.ArgumentParser:

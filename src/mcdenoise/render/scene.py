@@ -20,6 +20,7 @@ from mcdenoise.samples.layout import RANDOM_PARAMS
 
 FOREIGN_DEPTH = 8  # path length where a foreign scene does not bring its own path integrator
 CAMERAS = ("perspective", "thinlens", "orthographic")
+FILMS = ("hdrfilm", "specfilm")
 
 
 def scene_names() -> tuple[str, ...]:
@@ -172,9 +173,6 @@ def _load_xml(path: Path, width: int, height: int) -> ReadyScene:
     parts = [path.read_bytes()]
     parts += [_file_bytes(path.parent / e.get("value", e.get("filename", ""))) for e in root.iter() if _names_file(e)]
     return _describe(scene, str(path), _digest(*parts))
-
-
-FILMS = ("hdrfilm", "specfilm")
 
 
 def _as_xml(tag: str, name: str, entry: object) -> ET.Element:

@@ -23,6 +23,7 @@ import numpy as np
 from tqdm import tqdm
 
 from mcdenoise.filters import bilateral, cross_bilateral, gaussian
+from mcdenoise.study.arguments import OneLineParser
 
 SIGMA_SPACE, GAUSSIAN_RADIUS = 3.0, 9
 BILATERAL_SIGMA_SPACE, SIGMA_RADIANCE, BILATERAL_RADIUS = 5.0, 0.3, 10
@@ -57,7 +58,7 @@ class Work:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code (2, with one line on stderr, for bad arguments)."""
-    parser = _Parser(prog="python -m mcdenoise.study.bench", description=__doc__.splitlines()[0])
+    parser = OneLineParser(prog="python -m mcdenoise.study.bench", description=__doc__.splitlines()[0])
     commands = parser.add_subparsers(dest="command", required=True, metavar="filters")
     filters = commands.add_parser("filters", help="Gaussian, bilateral and cross-bilateral filter beside their peers")
     filters.add_argument("--size", type=_count(8), default=512, help="height and width in pixels (default 512)")
@@ -256,14 +257,6 @@ def _count(least: int) -> Callable[[str], int]:
         return int(text)
 
     return read
-
-
-class _Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line."""
-
-    def error(self, message: str) -> None:
-        """Print one line to stderr and leave with code 2."""
-        self.exit(2, f"{self.prog}: {message}\n")
 
 
 if __name__ == "__main__":

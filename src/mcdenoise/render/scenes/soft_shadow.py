@@ -21,7 +21,7 @@ def build() -> dict[str, Any]:
         "type": "scene",
         "sensor": parts.pinhole_camera((2.2, -6.0, 5.0), (0.2, 0.3, 0.35), 31.0),
         "light": parts.square_light(LIGHT_CENTER, (0, 0, 0), LIGHT_HALF_SIZE, (115.0, 108.0, 98.0)),
-        "floor": parts.floor((0, 0, 0), 20, 20, parts.diffuse((0.6, 0.58, 0.54))),
+        "floor": parts.floor((0, 0, 0), 40, 40, parts.diffuse((0.6, 0.58, 0.54))),
         **{f"slat_{i}": _slat(i, colour) for i, colour in enumerate(SLAT_COLOURS)},
     }
 
