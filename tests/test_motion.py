@@ -103,6 +103,22 @@ def test_samples_and_image_have_the_same_expectation(variant):
     assert np.sqrt((excess**2).mean()) < 1.2
 
 
+def test_image_is_as_noisy_as_samples_with_independent_times():
+    """The rival of every filter may not have better times than the samples that the filters get."""
+    truth = render_image(MOVING, 24, 24, 512, seed=99, variant="scalar_rgb").astype(np.float64)
+
+    def error(image):
+        return float(((image - truth) ** 2).mean())
+
+    of_image = np.array([error(render_image(MOVING, 24, 24, 4, seed, variant="scalar_rgb")) for seed in range(12)])
+    of_samples = np.array(
+        [error(capture(MOVING, 24, 24, 4, seed, variant="scalar_rgb").radiance.mean(axis=2)) for seed in range(12)]
+    )
+    deviation = np.sqrt(of_image.var(ddof=1) / 12 + of_samples.var(ddof=1) / 12)
+    assert abs(of_image.mean() - of_samples.mean()) < 4 * deviation
+    assert deviation < 0.1 * of_samples.mean()
+
+
 def test_poses_do_not_add_up(variant):
     """Posing for one time after another ends where posing for the last alone does."""
     with use_variant(variant):

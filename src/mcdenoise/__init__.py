@@ -5,7 +5,7 @@ The front door: ``import mcdenoise as mcd``. Mitsuba, numba, matplotlib and scik
 >>> import mcdenoise as mcd
 >>> noisy = [[0.0, 1.0, 0.0, 1.0]]
 >>> mcd.gaussian(noisy, sigma_space=10.0, engine="numpy").round(1)
-array([[0.5, 0.5, 0.5, 0.5]], dtype=float32)
+array([[0.5, 0.5, 0.5, 0.5]])
 """
 
 from mcdenoise.filters import bilateral, cross_bilateral, gaussian

@@ -1,6 +1,6 @@
 """capture: render a scene and keep every sample with its random parameters and features (chapter 01)."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from importlib.metadata import version
 from typing import Any
 
@@ -82,8 +82,8 @@ def capture(
     with use_variant(variant) as chosen:
         ready = load_scene(scene, width, height)
         asked = _asked(ready, random_params, features)
-        trace = trace_scalar if chosen == "scalar_rgb" else trace_wavefront
-        traced = _trace_all(trace, ready, asked, (height, width, spp), seed, progress)
+        names = ["radiance", "screen_position", "hit", *asked]
+        traced = trace_all(ready, names, (height, width, spp), seed, progress)
         about = _provenance(ready, chosen, width, height, spp, seed)
     traced = {name: values.reshape(height, width, spp, -1) for name, values in traced.items()}
     if features is None and ready.toy is None:
@@ -112,19 +112,20 @@ def _asked(ready: ReadyScene, random_params: object, features: object) -> list[s
     ]
 
 
-def _trace_all(
-    trace: Callable[..., dict[str, np.ndarray]],
-    ready: ReadyScene,
-    asked: list[str],
-    size: tuple[int, int, int],
-    seed: int,
-    progress: bool | None,
+def trace_all(
+    ready: ReadyScene, names: Sequence[str], size: tuple[int, int, int], seed: int, progress: bool | None
 ) -> dict[str, np.ndarray]:
-    """Trace every sample, pass by pass, and return name -> (h * w * spp, channels) float32 in pixel order."""
+    """Trace every sample, pass by pass, and return name -> (h * w * spp, channels) float32 in pixel order.
+
+    Where something moves, the times of the samples are independent of each other.
+    """
+    import mitsuba as mi
+
+    trace = trace_scalar if mi.variant() == "scalar_rgb" else trace_wavefront
     height, width, spp = size
-    names = ["radiance", "screen_position", "hit", *asked]
-    fields = {"radiance": 3, "screen_position": 2, "hit": 1} | {n: (RANDOM_PARAMS | FEATURES)[n][0] for n in asked}
-    result = {name: np.empty((height * width * spp, fields[name]), np.float32) for name in names}
+    channels = {"radiance": 3, "screen_position": 2, "hit": 1}
+    channels |= {name: count for name, (count, _) in (RANDOM_PARAMS | FEATURES).items()}
+    result = {name: np.empty((height * width * spp, channels[name]), np.float32) for name in names}
     rows = 1 if trace is trace_scalar else max(1, WAVEFRONT // (width * spp))
     bar = tqdm(
         total=height * width * spp,

@@ -30,6 +30,14 @@ def write_exr(path: str | os.PathLike, image: object) -> None:
     See Also
     --------
     read_exr : reads the image or one layer back.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_exr(Path(folder) / "two.exr", {"": np.ones((2, 3, 3)), "albedo": np.zeros((2, 3, 3))})
+    ...     read_exr(Path(folder) / "two.exr", layer="albedo").max()
+    np.float32(0.0)
     """
     path = _exr_path(path)
     layers = image if isinstance(image, Mapping) else {"": image}

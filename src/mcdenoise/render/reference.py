@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
+from mcdenoise.render.capture import trace_all
 from mcdenoise.render.motion import slice_time, spread_slices
 from mcdenoise.render.scene import ReadyScene, check_size, derived_seed, load_scene
 from mcdenoise.render.variants import use_variant
@@ -30,8 +31,9 @@ def render_image(
 ) -> np.ndarray:
     """Render plain Monte Carlo at `spp` samples per pixel with Mitsuba's path integrator and the box filter.
 
-    The scene, its path length and its moving objects are those of :func:`capture`, and so is the expectation; the random
-    numbers are others at any seed. Where something moves, each sample's time is drawn from a stratum of its own.
+    The scene, its path length and its moving objects are those of :func:`capture`, and so are expectation and variance; the
+    random numbers are others at any seed. Where something moves, samples have independent times, which takes as long as
+    capturing them without features.
 
     Parameters
     ----------
@@ -54,7 +56,9 @@ def render_image(
     """
     check_size(width, height, spp, seed)
     with use_variant(variant):
-        return _render(load_scene(scene, width, height), int(spp), int(seed), STREAM_IMAGE, progress)
+        ready = load_scene(scene, width, height)
+        render = _render if ready.poser is None else _render_moving
+        return render(ready, int(spp), int(seed), STREAM_IMAGE, progress)
 
 
 def render_reference(
@@ -103,6 +107,22 @@ def render_reference(
     return image
 
 
+def _render_moving(ready: ReadyScene, spp: int, seed: int, stream: int, progress: bool | None) -> np.ndarray:
+    """Average samples with independent times, chunk by chunk."""
+    width, height = (int(n) for n in ready.scene.sensors()[0].film().size())
+    most = max(1, CHUNK // (width * height))
+    total, norm = np.zeros((height, width, 3)), np.zeros((height, width, 1))
+    for index, first in enumerate(range(0, spp, most)):
+        count = min(most, spp - first)
+        one_seed = derived_seed(seed, stream, index + 1)
+        radiance = trace_all(ready, ["radiance"], (height, width, count), one_seed, progress)["radiance"]
+        samples = radiance.reshape(height, width, count, 3)
+        finite = np.isfinite(samples).all(axis=3, keepdims=True)
+        total += np.where(finite, samples, 0).sum(axis=2, dtype=np.float64)
+        norm += finite.sum(axis=2)
+    return _mean(total, norm, ready)
+
+
 def _render(ready: ReadyScene, spp: int, seed: int, stream: int, progress: bool | None) -> np.ndarray:
     """Render chunk by chunk; the result is the mean of all samples."""
     import mitsuba as mi
@@ -125,6 +145,11 @@ def _render(ready: ReadyScene, spp: int, seed: int, stream: int, progress: bool 
             total += np.where(finite, image, 0) * count
             norm += finite * count
             bar.update(count)
+    return _mean(total, norm, ready)
+
+
+def _mean(total: np.ndarray, norm: np.ndarray, ready: ReadyScene) -> np.ndarray:
+    """Divide the sum of finite samples by their number, which must not be 0 anywhere."""
     if not norm.all():
         raise ValueError(
             f"{int((norm == 0).sum())} pixels of {ready.label} are never finite. Check its lights and BSDFs."

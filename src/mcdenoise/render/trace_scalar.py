@@ -50,6 +50,8 @@ def trace_scalar(
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(seed, 1)
     next_2d = sampler.next_2d
+    if list(names) == ["radiance"]:
+        return {"radiance": _radiance(ready, sampler, pixels, width)}
     smooth = int(mi.BSDFFlags.Smooth)
     centre = mi.Point2f(0.5)
     add_features = _feature_adder(scene, [name for name in FEATURES if name in names])
@@ -70,6 +72,23 @@ def trace_scalar(
         numbers += (*radiance, x, y, hit, *lens, *light, *scatter)
         add_features(numbers, hit, first, ray, light, lobe, scatter)
     return _columns(numbers, names, len(pixels))
+
+
+def _radiance(ready: ReadyScene, sampler: Any, pixels: np.ndarray, width: int) -> np.ndarray:
+    """Trace one sample for each entry of `pixels` and return nothing but its radiance, (n, 3) float32."""
+    import mitsuba as mi
+
+    scene, integrator, sensor = ready.scene, ready.integrator, ready.scene.sensors()[0]
+    height = int(sensor.film().size()[1])
+    has_lens, centre = sensor.needs_aperture_sample(), mi.Point2f(0.5)
+    numbers: list[float] = []
+    for pixel in pixels.tolist():
+        jitter = sampler.next_2d()
+        place = mi.Point2f((pixel % width + jitter.x) / width, (pixel // width + jitter.y) / height)
+        lens = sampler.next_2d() if has_lens else centre
+        ray, ray_weight = sensor.sample_ray_differential(0.0, 0.0, place, lens)
+        numbers.extend(integrator.sample(scene, sampler, ray)[0] * ray_weight)
+    return np.array(numbers, np.float32).reshape(-1, 3)
 
 
 def _feature_adder(scene: Any, names: Sequence[str]) -> Callable[..., None]:

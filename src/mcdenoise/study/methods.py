@@ -101,13 +101,13 @@ def _gaussian_candidates(_: SampleBuffer) -> list[Parameters]:
 
 
 def _bilateral_candidates(_: SampleBuffer) -> list[Parameters]:
-    grid = product((1.0, 2.0, 4.0), (0.05, 0.1, 0.2, 0.4, 0.8))
+    grid = product((0.7, 1.4, 2.8), (0.1, 0.2, 0.4, 0.8, 1.6))
     return [{"sigma_space": space, "sigma_radiance": radiance} for space, radiance in grid]
 
 
 def _cross_bilateral_candidates(samples: SampleBuffer) -> list[Parameters]:
     spreads = feature_spreads(samples)
-    grid = product((1.5, 3.0, 6.0), (0.1, 0.3, 0.9), (0.05, 0.15, 0.45))
+    grid = product((0.7, 1.4, 2.8), (0.1, 0.4, 1.6), (0.1, 0.3, 1.0))
     return [
         {
             "sigma_space": space,

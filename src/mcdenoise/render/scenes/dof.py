@@ -11,7 +11,7 @@ from mcdenoise.render.scenes import parts
 from mcdenoise.render.toyscene import ToyScene
 
 CAMERA = {"origin": (0.0, -5.4, 1.7), "target": (0.0, 0.4, 0.68), "fov": 34.0}
-LENS = {"aperture_radius": 0.16, "focus_distance": 5.3}
+LENS = {"aperture_radius": 0.22, "focus_distance": 5.3}
 
 CREAM = (0.75, 0.68, 0.55)
 RED, BLUE, GREEN, YELLOW = (0.62, 0.07, 0.05), (0.05, 0.14, 0.5), (0.06, 0.34, 0.12), (0.75, 0.45, 0.05)
