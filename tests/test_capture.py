@@ -1,6 +1,7 @@
 """capture: the samples are Mitsuba's own, and every recorded number is the one that was used."""
 
 import sys
+from importlib.metadata import version
 
 import numpy as np
 import pytest
@@ -76,7 +77,9 @@ def scalar():
 def test_mean_is_mitsubas_image_bit_for_bit(name):
     variant = need("llvm_ad_rgb")
     samples = capture(name, 31, 23, 8, seed=3, variant=variant)
-    np.testing.assert_array_equal(samples.radiance.mean(axis=2), mi_render(name, 31, 23, 8, 3, variant))
+    mitsuba_version = tuple(int(number) for number in version("mitsuba").split(".")[:2])
+    rounding = 0 if mitsuba_version >= (3, 9) else 3e-7  # before 3.9 the film's sum took another order
+    np.testing.assert_allclose(samples.radiance.mean(axis=2), mi_render(name, 31, 23, 8, 3, variant), rtol=rounding)
 
 
 @pytest.mark.parametrize("name", ["dof", "glossy"])
