@@ -107,11 +107,14 @@ def report_page(comparison: Comparison, chart_png: bytes) -> str:
         }
     )
     blank = dict.fromkeys(("equal", "render", "filter", "total", "relmse", "psnr", "ssim", "error"), "")
+    scale = (
+        f"Error maps: (x - ref)² / (ref² + 0.01), black 0 to bright {ceiling:.2g}, square root scale, the same for all."
+    )
     parameters = {result.label: dict(result.parameters) for result in comparison.filters}
     return template.substitute(
         title=html.escape(f"Denoising {comparison.scene} at {comparison.spp} samples per pixel"),
         heading=html.escape(heading(comparison)),
-        notes="<br>".join(html.escape(note) for note in _notes(comparison)),
+        notes="<br>".join(html.escape(note) for note in [*_notes(comparison), scale]),
         chart="data:image/png;base64," + base64.b64encode(chart_png).decode("ascii"),
         parameters=html.escape(json.dumps(parameters, indent=2)),
         provenance=html.escape(json.dumps(dict(comparison.provenance), indent=2)),
