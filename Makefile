@@ -10,6 +10,9 @@ OUT    ?= out/$(SCENE)
 VENV   := .venv
 BIN    := $(VENV)/bin
 UV     := $(shell command -v uv 2>/dev/null)
+comma  := ,
+# Unless you name a Python, uv may take any that fits.
+UV_PYTHON := $(if $(filter file,$(origin PYTHON)),>=3.11$(comma)<3.14,$(PYTHON))
 
 .PHONY: demo test bench clean
 
@@ -38,7 +41,7 @@ ifeq ($(UV),)
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --disable-pip-version-check --editable '.$(EXTRA)'
 else
-	$(UV) venv --allow-existing --python '>=3.11,<3.14' $(VENV)
+	$(UV) venv --allow-existing --python '$(UV_PYTHON)' $(VENV)
 	$(UV) pip install --python $(BIN)/python --editable '.$(EXTRA)'
 endif
 	@touch $@
