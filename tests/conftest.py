@@ -11,6 +11,12 @@ def rng():
     return np.random.default_rng(20260101)
 
 
+@pytest.fixture(params=["numpy", "numba"])
+def engine(request):
+    """Both engines of a filter: the reference and its fast twin."""
+    return request.param
+
+
 def make_samples(rng, height=5, width=7, spp=4, **changes):
     """Samples of a made-up scene: every block random, positions inside their pixels."""
     corner = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1)[:, :, np.newaxis]

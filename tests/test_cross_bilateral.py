@@ -17,11 +17,6 @@ ENGINES = ("numpy", "numba")
 PRECISION = {"numpy": 1e-12, "numba": 4e-6}
 
 
-@pytest.fixture(params=ENGINES)
-def engine(request):
-    return request.param
-
-
 def noise(*shape, seed=4):
     return np.random.default_rng(seed).random(shape)
 

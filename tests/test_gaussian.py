@@ -18,11 +18,6 @@ ENGINES = ("numpy", "numba")
 PRECISION = {"numpy": 1e-13, "numba": 2e-6}
 
 
-@pytest.fixture(params=ENGINES)
-def engine(request):
-    return request.param
-
-
 def noise(*shape, seed=2):
     return np.random.default_rng(seed).random(shape)
 
