@@ -2,8 +2,13 @@
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from mcdenoise.samples import SampleBuffer
+
+# The same examples in every run; no deadline, because the first example may compile a kernel.
+settings.register_profile("house", derandomize=True, deadline=None)
+settings.load_profile("house")
 
 
 @pytest.fixture

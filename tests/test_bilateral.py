@@ -134,7 +134,7 @@ def test_engines_agree_for_every_shape(shape):
     close("numba", fast, plain)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     image=array_shapes(min_dims=2, max_dims=3, max_side=12).flatmap(
         lambda shape: arrays(np.float32, shape, elements=st.floats(-1e6, 1e6, width=32))

@@ -100,7 +100,7 @@ def test_render_clock_survives_a_clock_that_saw_nothing(monkeypatch):
         ({"size": 8}, "size must be at least 16, got 8"),
         ({"spp": 0}, "spp must be at least 1"),
         ({"seed": -1}, "seed must be at least 0"),
-        ({"reference_spp": 8}, "reference_spp must be at least 9"),
+        ({"reference_spp": 8}, "reference_spp must be greater than spp = 8, got 8"),
         ({"methods": ["median"]}, "methods has no 'median'; there is: gaussian, bilateral, cross_bilateral"),
         ({"methods": "gaussian"}, "methods must be a list of names"),
         ({"variant": "cuda"}, "variant"),
@@ -227,10 +227,24 @@ def test_bad_command_lines_take_one_line_and_exit_2(arguments, message, capsys):
     assert message in lines[0]
 
 
-def test_out_that_is_a_file_is_refused_before_any_work(tmp_path, capsys):
+@pytest.mark.parametrize("out", ["file", "file/below"])
+def test_out_that_cannot_be_a_folder_is_refused_before_any_work(tmp_path, capsys, out, monkeypatch):
+    monkeypatch.setattr(compare_module, "capture", None)
     (tmp_path / "file").write_text("")
-    assert cli.main(["compare", "dof", "--out", str(tmp_path / "file")]) == 2
-    assert "--out needs a folder" in capsys.readouterr().err
+    assert cli.main(["compare", "dof", "--out", str(tmp_path / out)]) == 2
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1
+    assert "A folder that can be written to is needed" in lines[0]
+
+
+def test_a_disk_that_fails_takes_one_line(tmp_path, capsys, monkeypatch):
+    def fail(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(report, "write_exr", fail)
+    arguments = "compare pinhole --size 16 --spp 1 --reference-spp 4 --methods gaussian --variant scalar_rgb --out"
+    assert cli.main([*arguments.split(), str(tmp_path)]) == 2
+    assert "No space left on device" in capsys.readouterr().err.strip().splitlines()[-1]
 
 
 def test_methods_take_samples_and_improve_them(comparison):

@@ -111,7 +111,7 @@ def test_commutes_with_mirror_and_turn(engine, turn):
     close(engine, cross_bilateral(turn(image), turned, **common), turn(cross_bilateral(image, SCENE, **common)))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     height=st.integers(1, 20),
     width=st.integers(1, 40),

@@ -104,7 +104,7 @@ def test_agrees_with_scipy_by_normalised_convolution(engine):
     close(engine, gaussian(image, sigma_space=2.3, radius=7, engine=engine)[7:-7, 7:-7], interior)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     image=array_shapes(min_dims=2, max_dims=3, max_side=12).flatmap(
         lambda shape: arrays(np.float32, shape, elements=st.floats(-1e6, 1e6, width=32))

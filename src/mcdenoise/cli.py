@@ -46,12 +46,12 @@ def build_parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code: 0, or 2 with one line on standard error for bad arguments."""
+    """Run the command line; returns the exit code: 0, or 2 with one line on standard error for what could not be done."""
     parser = build_parser()
     options = parser.parse_args(arguments)
     try:
         return run_compare(options)
-    except ValueError as error:
+    except (ValueError, OSError) as error:
         print(f"mcdenoise {options.command}: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
 
@@ -59,11 +59,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def run_compare(options: argparse.Namespace) -> int:
     """Run `mcdenoise compare`: print the table and write the folder."""
     from mcdenoise.study.compare import compare
-    from mcdenoise.study.report import table, write_all
+    from mcdenoise.study.report import make_folder, table, write_all
 
     folder = options.out or Path("out") / Path(options.scene).stem
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"--out needs a folder, {folder} is a file.")
+    make_folder(folder)
     comparison = compare(
         options.scene,
         spp=options.spp,

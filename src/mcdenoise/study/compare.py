@@ -151,7 +151,10 @@ def compare(
     """
     spp, size = check_count(spp, "spp"), check_count(size, "size", least=SMALLEST)
     seed = check_count(seed, "seed", least=0)
-    reference_spp = check_count(reference_spp, "reference_spp", least=spp + 1)
+    if check_count(reference_spp, "reference_spp") <= spp:
+        raise ValueError(
+            f"reference_spp must be greater than spp = {spp}, got {reference_spp}. Pass a larger reference_spp."
+        )
     chosen = [METHODS[name] for name in check_names(METHODS if methods is None else methods, list(METHODS), "methods")]
     view = {"width": size, "height": size, "variant": variant}
 
@@ -162,7 +165,9 @@ def compare(
     render = RenderClock(lambda n: render_image(scene, spp=n, seed=seed + 1, **view), spp, reference_spp)
 
     unfiltered = _measure(pixel_mean(samples.radiance), reference, f"mc_{spp}spp", f"MC {spp} spp", spp, render)
-    filtered = [_filter(method, samples, reference, render) for method in tqdm(chosen, "filters", disable=None)]
+    filtered = [
+        _filter(method, samples, reference, render) for method in tqdm(chosen, "filters", disable=None, leave=False)
+    ]
     rivals = _rivals(filtered, reference, render)
     return Comparison(
         scene=str(samples.provenance.get("scene", "scene")),
@@ -188,7 +193,9 @@ class RenderClock:
     def __init__(self, render: Callable[[int], np.ndarray], spp: int, most_spp: int) -> None:
         self.render, self.spp, self.most_spp = render, spp, most_spp
         render(spp)
-        few, many = (statistics.median(_seconds(lambda n=n: render(n), REPEATS)) for n in (spp, 4 * spp))
+        turns = tqdm((spp, 4 * spp) * REPEATS, "timing Monte Carlo", disable=None, leave=False)
+        taken = [_seconds(lambda n=n: render(n)) for n in turns]
+        few, many = statistics.median(taken[::2]), statistics.median(taken[1::2])
         self.seconds_per_spp = max(many - few, 1e-9) / (3 * spp)
         self.fixed_seconds = max(few - spp * self.seconds_per_spp, 0.0)
 
@@ -201,14 +208,11 @@ class RenderClock:
         return min(self.spp + int(np.ceil(seconds / self.seconds_per_spp)), self.most_spp)
 
 
-def _seconds(call: Callable[[], object], repeats: int) -> list[float]:
-    """Time `repeats` calls."""
-    taken = []
-    for _ in range(repeats):
-        start = perf_counter()
-        call()
-        taken.append(perf_counter() - start)
-    return taken
+def _seconds(call: Callable[[], object]) -> float:
+    """Time one call."""
+    start = perf_counter()
+    call()
+    return perf_counter() - start
 
 
 def _measure(
@@ -231,10 +235,11 @@ def _measure(
 def _filter(method: Method, samples: SampleBuffer, reference: np.ndarray, render: RenderClock) -> Result:
     """Run one method: a call that may compile, the choice of its bandwidths, then the timed calls."""
     start = method.candidates(samples)[0]
-    first, second = _seconds(lambda: method.run(samples, **start), 2)
+    first, second = (_seconds(lambda: method.run(samples, **start)) for _ in range(2))
     choosing = perf_counter()
     parameters = choose_parameters(method, samples)
     choosing = perf_counter() - choosing
+    taken = [_seconds(lambda: method.run(samples, **parameters)) for _ in range(REPEATS)]
     return _measure(
         method.run(samples, **parameters),
         reference,
@@ -244,7 +249,7 @@ def _filter(method: Method, samples: SampleBuffer, reference: np.ndarray, render
         render,
         kind="filter",
         parameters=parameters,
-        filter_seconds=statistics.median(_seconds(lambda: method.run(samples, **parameters), REPEATS)),
+        filter_seconds=statistics.median(taken),
         compile_seconds=max(first - second, 0.0),
         choose_seconds=choosing,
     )
@@ -265,5 +270,5 @@ def _rivals(filtered: Sequence[Result], reference: np.ndarray, render: RenderClo
             render,
             equal_time_with=tuple(labels),
         )
-        for spp, labels in tqdm(sorted(equal.items()), "Monte Carlo at equal time", disable=None)
+        for spp, labels in tqdm(sorted(equal.items()), "Monte Carlo at equal time", disable=None, leave=False)
     ]

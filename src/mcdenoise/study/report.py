@@ -8,6 +8,7 @@ import math
 from importlib import resources
 from pathlib import Path
 from string import Template
+from tempfile import TemporaryFile
 from typing import Any
 
 from mcdenoise.metrics import relmse_map
@@ -28,11 +29,9 @@ def write_all(comparison: Comparison, folder: Path) -> list[Path]:
     Raises
     ------
     ValueError
-        If `folder` is a file.
+        As `make_folder`.
     """
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"A folder is needed to write into, got the file {folder}. Pass another --out.")
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     chart, pictures = folder / "speed_accuracy.png", folder / "images.png"
     save_figure(speed_accuracy_figure(comparison), chart)
     save_figure(images_figure(comparison), pictures)
@@ -43,6 +42,24 @@ def write_all(comparison: Comparison, folder: Path) -> list[Path]:
     _write_text(folder / "results.json", json.dumps(numbers(comparison), indent=2) + "\n")
     _write_text(folder / "report.html", report_page(comparison, chart.read_bytes()))
     return written
+
+
+def make_folder(folder: Path) -> None:
+    """Make `folder` with all above it, and make sure that files can be written there.
+
+    Raises
+    ------
+    ValueError
+        If it is a file, cannot be made, or cannot be written to.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise ValueError(
+            f"A folder that can be written to is needed for the results, got {folder}: {error}."
+        ) from error
 
 
 def numbers(comparison: Comparison) -> dict[str, Any]:
