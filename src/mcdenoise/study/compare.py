@@ -6,6 +6,7 @@ import os
 import statistics
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
@@ -170,7 +171,7 @@ def compare(
     ]
     rivals = _rivals(filtered, reference, render)
     return Comparison(
-        scene=str(samples.provenance.get("scene", "scene")),
+        scene=Path(samples.provenance["scene"]).name,
         size=size,
         spp=spp,
         seed=seed,
