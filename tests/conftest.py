@@ -22,6 +22,17 @@ def engine(request):
     return request.param
 
 
+def noise(*shape, seed=3):
+    """Uniform noise in [0, 1)."""
+    return np.random.default_rng(seed).random(shape)
+
+
+def assert_close(precision, engine, actual, expected):
+    """Equal up to `precision[engine]`, relative to each value and to the largest."""
+    bound = precision[engine]
+    np.testing.assert_allclose(actual, expected, rtol=bound, atol=bound * np.abs(expected).max())
+
+
 def make_samples(rng, height=5, width=7, spp=4, **changes):
     """Samples of a made-up scene: every block random, positions inside their pixels."""
     corner = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=-1)[:, :, np.newaxis]

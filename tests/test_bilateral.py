@@ -1,6 +1,7 @@
 """The bilateral filter against its formula, its limits, its symmetries and OpenCV."""
 
 import re
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
+from conftest import assert_close, noise
 from mcdenoise.filters import bilateral, gaussian
 
 pytestmark = pytest.mark.ch03
@@ -15,16 +17,7 @@ pytestmark = pytest.mark.ch03
 ENGINES = ("numpy", "numba")
 # Largest relative error allowed: rounding of a float64 sum, and of a float32 sum of up to a few hundred terms.
 PRECISION = {"numpy": 1e-12, "numba": 4e-6}
-
-
-def noise(*shape, seed=3):
-    return np.random.default_rng(seed).random(shape)
-
-
-def close(engine, actual, expected):
-    np.testing.assert_allclose(
-        actual, expected, rtol=PRECISION[engine], atol=PRECISION[engine] * np.abs(expected).max()
-    )
+close = partial(assert_close, PRECISION)
 
 
 def test_impulse_response_is_the_closed_form(engine):

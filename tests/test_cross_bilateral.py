@@ -1,12 +1,14 @@
 """The cross-bilateral filter against its formula, its limits, its symmetries; and what it accepts as features."""
 
 import re
+from functools import partial
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from conftest import assert_close, noise
 from mcdenoise.filters import bilateral, cross_bilateral
 from mcdenoise.samples import SampleBuffer, pixel_mean
 
@@ -15,16 +17,7 @@ pytestmark = pytest.mark.ch04
 ENGINES = ("numpy", "numba")
 # Largest relative error allowed: rounding of a float64 sum, and of a float32 sum of up to a few hundred terms.
 PRECISION = {"numpy": 1e-12, "numba": 4e-6}
-
-
-def noise(*shape, seed=4):
-    return np.random.default_rng(seed).random(shape)
-
-
-def close(engine, actual, expected):
-    np.testing.assert_allclose(
-        actual, expected, rtol=PRECISION[engine], atol=PRECISION[engine] * np.abs(expected).max()
-    )
+close = partial(assert_close, PRECISION)
 
 
 SCENE = {"albedo": noise(13, 18, 3, seed=5), "depth": noise(13, 18, seed=6), "shading_normal": noise(13, 18, 3, seed=7)}

@@ -1,6 +1,7 @@
 """The Gaussian filter against its formula, its symmetries, its limits and scipy."""
 
 import re
+from functools import partial
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from scipy import ndimage
 
+from conftest import assert_close, noise
 from mcdenoise.filters import gaussian
 
 pytestmark = pytest.mark.ch02
@@ -16,16 +18,7 @@ pytestmark = pytest.mark.ch02
 ENGINES = ("numpy", "numba")
 # Largest relative error allowed: rounding of a float64 sum, and of a float32 sum of up to a few hundred terms.
 PRECISION = {"numpy": 1e-13, "numba": 2e-6}
-
-
-def noise(*shape, seed=2):
-    return np.random.default_rng(seed).random(shape)
-
-
-def close(engine, actual, expected):
-    np.testing.assert_allclose(
-        actual, expected, rtol=PRECISION[engine], atol=PRECISION[engine] * np.abs(expected).max()
-    )
+close = partial(assert_close, PRECISION)
 
 
 def test_impulse_response_is_the_closed_form(engine):
