@@ -135,12 +135,14 @@ def _label_points(axes: Axes, points: list[tuple[float, float, str, str]]) -> No
         wanted = (np.log(max(error, SMALLEST_ERROR)) - floor) * scale
         above = min(wanted, above - gap)
         left = np.log(seconds) - first > 0.75 * (last - first)
+        leader = {"arrowstyle": "-", "color": colour, "linewidth": 0.6} if wanted - above > gap / 2 else None
         text = axes.annotate(
             label,
             (seconds, error),
             xytext=(-9 if left else 9, above - wanted + 4),
             textcoords="offset points",
             ha="right" if left else "left",
+            arrowprops=leader,
             color=colour,
             fontsize=9,
         )
