@@ -20,13 +20,13 @@ def cache(monkeypatch, tmp_path):
 @pytest.fixture
 def renders(monkeypatch):
     """The label of each scene that was really rendered."""
-    done, real = [], reference._render
+    done, real = [], reference._rendered
 
     def counted(ready, *rest):
         done.append(ready.label)
         return real(ready, *rest)
 
-    monkeypatch.setattr(reference, "_render", counted)
+    monkeypatch.setattr(reference, "_rendered", counted)
     return done
 
 

@@ -14,7 +14,7 @@ from mcdenoise.render.trace_wavefront import trace_wavefront
 from mcdenoise.render.variants import use_variant
 from mcdenoise.samples import SampleBuffer
 from mcdenoise.samples.gate import NONFINITE_CHOICES, check_choice, check_names
-from mcdenoise.samples.layout import FEATURES, RANDOM_PARAMS
+from mcdenoise.samples.layout import CHANNELS, FEATURES, RANDOM_PARAMS
 
 WAVEFRONT = 2**21  # samples traced at once: some 300 MB of arrays
 STREAM_SAMPLES, STREAM_TIME = 1, 2
@@ -76,9 +76,8 @@ def capture(
     >>> samples.radiance.shape, "lens_u" in samples.random_param_names
     ((6, 8, 2, 3), True)
     """
-    check_size(width, height, spp, seed)
+    width, height, spp, seed = check_size(width, height, spp, seed)
     check_choice(nonfinite, NONFINITE_CHOICES, "nonfinite")
-    width, height, spp, seed = int(width), int(height), int(spp), int(seed)
     with use_variant(variant) as chosen:
         ready = load_scene(scene, width, height)
         asked = _asked(ready, random_params, features)
@@ -123,9 +122,7 @@ def trace_all(
 
     trace = trace_scalar if mi.variant() == "scalar_rgb" else trace_wavefront
     height, width, spp = size
-    channels = {"radiance": 3, "screen_position": 2, "hit": 1}
-    channels |= {name: count for name, (count, _) in (RANDOM_PARAMS | FEATURES).items()}
-    result = {name: np.empty((height * width * spp, channels[name]), np.float32) for name in names}
+    result = {name: np.empty((height * width * spp, CHANNELS[name]), np.float32) for name in names}
     rows = 1 if trace is trace_scalar else max(1, WAVEFRONT // (width * spp))
     bar = tqdm(
         total=height * width * spp,

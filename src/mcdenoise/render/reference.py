@@ -17,6 +17,7 @@ from mcdenoise.samples.storage import cache_folder, write_beside
 
 CHUNK = 2**21  # samples rendered at once: bounds memory, and lets the progress bar move
 STREAM_IMAGE, STREAM_REFERENCE = 3, 4
+Part = tuple[np.ndarray, np.ndarray]  # of a chunk: sum of finite samples (h, w, 3), their number (h, w, 1)
 
 
 def render_image(
@@ -54,11 +55,11 @@ def render_image(
     >>> render_image("dof", width=8, height=6, spp=4, variant="scalar_rgb").shape
     (6, 8, 3)
     """
-    check_size(width, height, spp, seed)
+    width, height, spp, seed = check_size(width, height, spp, seed)
     with use_variant(variant):
         ready = load_scene(scene, width, height)
-        render = _render if ready.poser is None else _render_moving
-        return render(ready, int(spp), int(seed), STREAM_IMAGE, progress)
+        render = _rendered if ready.poser is None else _traced
+        return _mean(render(ready, (height, width), spp, seed, STREAM_IMAGE, progress), ready)
 
 
 def render_reference(
@@ -96,40 +97,23 @@ def render_reference(
     >>> render_reference("dof", width=8, height=6, spp=4, variant="scalar_rgb").shape
     (6, 8, 3)
     """
-    check_size(width, height, spp, seed)
+    width, height, spp, seed = check_size(width, height, spp, seed)
     with use_variant(variant) as chosen:
         ready = load_scene(scene, width, height)
-        shelf = _shelf(ready, chosen, int(width), int(height), int(spp), int(seed))
-        image = _load(shelf, (int(height), int(width), 3))
+        shelf = _shelf(ready, chosen, width, height, spp, seed)
+        image = _load(shelf, (height, width, 3))
         if image is None:
-            image = _render(ready, int(spp), int(seed), STREAM_REFERENCE, progress)
+            image = _mean(_rendered(ready, (height, width), spp, seed, STREAM_REFERENCE, progress), ready)
             _keep(shelf, image)
     return image
 
 
-def _render_moving(ready: ReadyScene, spp: int, seed: int, stream: int, progress: bool | None) -> np.ndarray:
-    """Average samples with independent times, chunk by chunk."""
-    width, height = (int(n) for n in ready.scene.sensors()[0].film().size())
-    most = max(1, CHUNK // (width * height))
-    total, norm = np.zeros((height, width, 3)), np.zeros((height, width, 1))
-    for index, first in enumerate(range(0, spp, most)):
-        count = min(most, spp - first)
-        one_seed = derived_seed(seed, stream, index + 1)
-        radiance = trace_all(ready, ["radiance"], (height, width, count), one_seed, progress)["radiance"]
-        samples = radiance.reshape(height, width, count, 3)
-        finite = np.isfinite(samples).all(axis=3, keepdims=True)
-        total += np.where(finite, samples, 0).sum(axis=2, dtype=np.float64)
-        norm += finite.sum(axis=2)
-    return _mean(total, norm, ready)
-
-
-def _render(ready: ReadyScene, spp: int, seed: int, stream: int, progress: bool | None) -> np.ndarray:
-    """Render chunk by chunk; the result is the mean of all samples."""
+def _rendered(
+    ready: ReadyScene, size: tuple[int, int], spp: int, seed: int, stream: int, progress: bool | None
+) -> Iterator[Part]:
+    """Render with Mitsuba, chunk by chunk: a pixel of a chunk is finite or not as a whole."""
     import mitsuba as mi
 
-    width, height = (int(n) for n in ready.scene.sensors()[0].film().size())
-    total = np.zeros((height, width, 3))
-    norm = np.zeros((height, width, 1))
     bar = tqdm(
         total=spp,
         desc=f"render {ready.label}",
@@ -138,18 +122,33 @@ def _render(ready: ReadyScene, spp: int, seed: int, stream: int, progress: bool 
         disable=None if progress is None else not progress,
     )
     with bar:
-        for index, count in enumerate(_chunks(ready, width * height, spp, seed, stream)):
+        for index, count in enumerate(_chunks(ready, size, spp, seed, stream)):
             one_seed = derived_seed(seed, stream, index + 1)
             image = np.array(mi.render(ready.scene, integrator=ready.integrator, spp=count, seed=one_seed))
             finite = np.isfinite(image).all(axis=2, keepdims=True)
-            total += np.where(finite, image, 0) * count
-            norm += finite * count
+            yield np.where(finite, image, 0).astype(np.float64) * count, finite * count
             bar.update(count)
-    return _mean(total, norm, ready)
 
 
-def _mean(total: np.ndarray, norm: np.ndarray, ready: ReadyScene) -> np.ndarray:
+def _traced(
+    ready: ReadyScene, size: tuple[int, int], spp: int, seed: int, stream: int, progress: bool | None
+) -> Iterator[Part]:
+    """Trace samples with independent times, chunk by chunk."""
+    most = _most_spp(size)
+    for index, first in enumerate(range(0, spp, most)):
+        count = min(most, spp - first)
+        one_seed = derived_seed(seed, stream, index + 1)
+        radiance = trace_all(ready, ["radiance"], (*size, count), one_seed, progress)["radiance"]
+        samples = radiance.reshape(*size, count, 3)
+        finite = np.isfinite(samples).all(axis=3, keepdims=True)
+        yield np.where(finite, samples, 0).sum(axis=2, dtype=np.float64), finite.sum(axis=2)
+
+
+def _mean(parts: Iterator[Part], ready: ReadyScene) -> np.ndarray:
     """Divide the sum of finite samples by their number, which must not be 0 anywhere."""
+    total, norm = next(parts)
+    for part, count in parts:
+        total, norm = total + part, norm + count
     if not norm.all():
         raise ValueError(
             f"{int((norm == 0).sum())} pixels of {ready.label} are never finite. Check its lights and BSDFs."
@@ -157,9 +156,14 @@ def _mean(total: np.ndarray, norm: np.ndarray, ready: ReadyScene) -> np.ndarray:
     return (total / norm).astype(np.float32)
 
 
-def _chunks(ready: ReadyScene, pixels: int, spp: int, seed: int, stream: int) -> Iterator[int]:
+def _most_spp(size: tuple[int, int]) -> int:
+    """Return the samples per pixel of a whole chunk."""
+    return max(1, CHUNK // (size[0] * size[1]))
+
+
+def _chunks(ready: ReadyScene, size: tuple[int, int], spp: int, seed: int, stream: int) -> Iterator[int]:
     """Give the samples per pixel of each chunk, after posing the scene for it."""
-    most = max(1, CHUNK // pixels)
+    most = _most_spp(size)
     counts = [spp]
     if ready.poser is not None:
         counts = spread_slices(np.random.default_rng([seed, stream]), spp).tolist()

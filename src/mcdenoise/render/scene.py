@@ -81,18 +81,19 @@ def load_scene(scene: object, width: int, height: int) -> ReadyScene:
     return _load_xml(Path(scene), width, height)
 
 
-def check_size(width: object, height: object, spp: object, seed: object) -> None:
-    """Check what every render takes: whole numbers, at least 1; `seed` at least 0 and below 2**32.
+def check_size(width: object, height: object, spp: object, seed: object) -> tuple[int, int, int, int]:
+    """Return what every render takes, as ints: at least 1 each; `seed` at least 0 and below 2**32.
 
     Raises
     ------
     ValueError
-        Otherwise.
+        For anything else.
     """
-    for value, name in ((width, "width"), (height, "height"), (spp, "spp")):
-        check_count(value, name)
-    if check_count(seed, "seed", least=0) >= 2**32:
+    width, height, spp = check_count(width, "width"), check_count(height, "height"), check_count(spp, "spp")
+    seed = check_count(seed, "seed", least=0)
+    if seed >= 2**32:
         raise ValueError(f"seed must be below 2**32, got {seed}.")
+    return width, height, spp, seed
 
 
 def derived_seed(seed: int, stream: int, index: int) -> int:

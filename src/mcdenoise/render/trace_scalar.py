@@ -6,19 +6,9 @@ from typing import Any
 import numpy as np
 
 from mcdenoise.render.scene import ReadyScene
-from mcdenoise.samples.layout import FEATURES
+from mcdenoise.samples.layout import CHANNELS, FEATURES
 
-_ALWAYS = {
-    "radiance": 3,
-    "screen_position": 2,
-    "hit": 1,
-    "lens_u": 1,
-    "lens_v": 1,
-    "light_u": 1,
-    "light_v": 1,
-    "bsdf_u": 1,
-    "bsdf_v": 1,
-}
+_ALWAYS = ("radiance", "screen_position", "hit", "lens_u", "lens_v", "light_u", "light_v", "bsdf_u", "bsdf_v")
 _NOTHING = (0.0, 0.0, 0.0)
 
 
@@ -138,7 +128,7 @@ def _surface(numbers: list[float], si: Any, bsdf: Any, wanted: Sequence[bool], d
 def _columns(numbers: list[float], names: Sequence[str], count: int) -> dict[str, np.ndarray]:
     """Cut the flat list into name -> (count, channels)."""
     table = np.array(numbers, np.float32).reshape(count, -1)
-    widths = _ALWAYS | {name: FEATURES[name][0] for name in FEATURES if name in names}
+    widths = {name: CHANNELS[name] for name in (*_ALWAYS, *(name for name in FEATURES if name in names))}
     ends = dict(zip(widths, np.cumsum(list(widths.values())).tolist(), strict=True))
     columns = {name: table[:, ends[name] - widths[name] : ends[name]] for name in names if name != "time"}
     return {name: values.clip(0, 1) if name.startswith("albedo") else values for name, values in columns.items()}

@@ -25,6 +25,9 @@ FEATURES = {
     "albedo_2": (3, "[0, 1], second hit"),
     "visibility": (1, "1 if the sampled point of the light is seen, else 0"),
 }
+CHANNELS = {"screen_position": 2, "radiance": 3, "hit": 1} | {
+    name: channels for name, (channels, _) in (RANDOM_PARAMS | FEATURES).items()
+}
 RESERVED = ("screen_position", "radiance", "hit")
 
 

@@ -5,20 +5,21 @@ from __future__ import annotations
 import os
 import statistics
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from tqdm import tqdm
 
-from mcdenoise.metrics import mse, psnr, relmse, ssim
+from mcdenoise.metrics import mse, psnr, relmse, relmse_map, ssim
 from mcdenoise.render import capture, render_image, render_reference
 from mcdenoise.samples import SampleBuffer, pixel_mean
 from mcdenoise.samples.gate import check_count, check_names
 from mcdenoise.study.methods import METHODS, Method, choose_parameters
 
+T = TypeVar("T")
 REPEATS = 5
 SMALLEST = 16  # pixels a side: below that there is nothing to look at, and SSIM has no room
 
@@ -32,31 +33,31 @@ class Result:
     name, label : for files, and for people
     kind : "filter" or "monte_carlo"
     spp : samples per pixel behind the image
-    parameters : of the filter, {} for Monte Carlo
     render_seconds : rendering that many samples, radiance alone
+    relmse, mse, psnr, ssim : against the reference
+    image : (h, w, 3) float32
+    parameters : of the filter, {} for Monte Carlo
     filter_seconds : median over repeats, samples in, image out; 0 for Monte Carlo
     compile_seconds : what the first call took beyond the second
     choose_seconds : what choosing the parameters by halves of the samples took
     equal_time_with : labels of the filters whose total time this Monte Carlo image takes
-    relmse, mse, psnr, ssim : against the reference
-    image : (h, w, 3) float32
     """
 
     name: str
     label: str
     kind: str
     spp: int
-    parameters: Mapping[str, Any]
     render_seconds: float
-    filter_seconds: float
-    compile_seconds: float
-    choose_seconds: float
-    equal_time_with: tuple[str, ...]
     relmse: float
     mse: float
     psnr: float
     ssim: float
     image: np.ndarray
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    filter_seconds: float = 0.0
+    compile_seconds: float = 0.0
+    choose_seconds: float = 0.0
+    equal_time_with: tuple[str, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -103,6 +104,10 @@ class Comparison:
     def reference_relmse(self) -> float:
         """What relMSE the reference's own noise may add: the input's, over the ratio of the spp (a 1/N estimate)."""
         return self.unfiltered.relmse * self.spp / self.reference_spp
+
+    def error_map(self, result: Result) -> np.ndarray:
+        """Return the relative squared error of a result, (h, w): `relmse_map`, mean over the channels."""
+        return relmse_map(result.image, self.reference).mean(axis=-1)
 
     def front(self) -> tuple[Result, ...]:
         """Return the Pareto front, by time: the results that no other beats in both seconds and relMSE."""
@@ -159,13 +164,11 @@ def compare(
     chosen = [METHODS[name] for name in check_names(METHODS if methods is None else methods, list(METHODS), "methods")]
     view = {"width": size, "height": size, "variant": variant}
 
-    start = perf_counter()
-    samples = capture(scene, spp=spp, seed=seed, **view)
-    capture_seconds = perf_counter() - start
+    samples, capture_seconds = _timed(lambda: capture(scene, spp=spp, seed=seed, **view))
     reference = render_reference(scene, spp=reference_spp, seed=seed, **view)
     render = RenderClock(lambda n: render_image(scene, spp=n, seed=seed + 1, **view), spp, reference_spp)
 
-    unfiltered = _measure(pixel_mean(samples.radiance), reference, f"mc_{spp}spp", f"MC {spp} spp", spp, render)
+    unfiltered = _monte_carlo(pixel_mean(samples.radiance), reference, spp, render)
     filtered = [
         _filter(method, samples, reference, render) for method in tqdm(chosen, "filters", disable=None, leave=False)
     ]
@@ -195,7 +198,7 @@ class RenderClock:
         self.render, self.spp, self.most_spp = render, spp, most_spp
         render(spp)
         turns = tqdm((spp, 4 * spp) * REPEATS, "timing Monte Carlo", disable=None, leave=False)
-        taken = [_seconds(lambda n=n: render(n)) for n in turns]
+        taken = [_timed(lambda n=n: render(n))[1] for n in turns]
         few, many = statistics.median(taken[::2]), statistics.median(taken[1::2])
         self.seconds_per_spp = max(many - few, 1e-9) / (3 * spp)
         self.fixed_seconds = max(few - spp * self.seconds_per_spp, 0.0)
@@ -209,48 +212,41 @@ class RenderClock:
         return min(self.spp + int(np.ceil(seconds / self.seconds_per_spp)), self.most_spp)
 
 
-def _seconds(call: Callable[[], object]) -> float:
-    """Time one call."""
+def _timed(call: Callable[[], T]) -> tuple[T, float]:
+    """Return what a call returns, and its seconds."""
     start = perf_counter()
-    call()
-    return perf_counter() - start
+    result = call()
+    return result, perf_counter() - start
 
 
-def _measure(
-    image: np.ndarray, reference: np.ndarray, name: str, label: str, spp: int, render: RenderClock, **more: Any
-) -> Result:
-    """Put an image and its cost beside its errors; without `more` it is Monte Carlo."""
-    about = {
-        "kind": "monte_carlo",
-        "parameters": {},
-        "filter_seconds": 0.0,
-        "compile_seconds": 0.0,
-        "choose_seconds": 0.0,
-        "equal_time_with": (),
-        **more,
-    }
+def _measure(image: np.ndarray, reference: np.ndarray, spp: int, render: RenderClock, **about: Any) -> Result:
+    """Put an image and its cost beside its errors."""
     errors = {metric.__name__: metric(image, reference) for metric in (relmse, mse, psnr, ssim)}
-    return Result(name=name, label=label, spp=spp, render_seconds=render.seconds(spp), image=image, **about, **errors)
+    return Result(image=image, spp=spp, render_seconds=render.seconds(spp), **errors, **about)
+
+
+def _monte_carlo(image: np.ndarray, reference: np.ndarray, spp: int, render: RenderClock, **about: Any) -> Result:
+    """Measure an image of `spp` samples per pixel, unfiltered."""
+    names = {"name": f"mc_{spp}spp", "label": f"MC {spp} spp", "kind": "monte_carlo"}
+    return _measure(image, reference, spp, render, **names, **about)
 
 
 def _filter(method: Method, samples: SampleBuffer, reference: np.ndarray, render: RenderClock) -> Result:
     """Run one method: a call that may compile, the choice of its bandwidths, then the timed calls."""
-    start = method.candidates(samples)[0]
-    first, second = (_seconds(lambda: method.run(samples, **start)) for _ in range(2))
-    choosing = perf_counter()
-    parameters = choose_parameters(method, samples)
-    choosing = perf_counter() - choosing
-    taken = [_seconds(lambda: method.run(samples, **parameters)) for _ in range(REPEATS)]
+    candidates = method.candidates(samples)
+    first, second = (_timed(lambda: method.run(samples, **candidates[0]))[1] for _ in range(2))
+    parameters, choosing = _timed(lambda: choose_parameters(method, samples))
+    images, seconds = zip(*(_timed(lambda: method.run(samples, **parameters)) for _ in range(REPEATS)), strict=True)
     return _measure(
-        method.run(samples, **parameters),
+        images[-1],
         reference,
-        method.name,
-        method.label,
         samples.spp,
         render,
+        name=method.name,
+        label=method.label,
         kind="filter",
         parameters=parameters,
-        filter_seconds=statistics.median(taken),
+        filter_seconds=statistics.median(seconds),
         compile_seconds=max(first - second, 0.0),
         choose_seconds=choosing,
     )
@@ -262,14 +258,6 @@ def _rivals(filtered: Sequence[Result], reference: np.ndarray, render: RenderClo
     for result in filtered:
         equal.setdefault(render.spp_within(result.filter_seconds), []).append(result.label)
     return [
-        _measure(
-            render.render(spp),
-            reference,
-            f"mc_{spp}spp",
-            f"MC {spp} spp",
-            spp,
-            render,
-            equal_time_with=tuple(labels),
-        )
+        _monte_carlo(render.render(spp), reference, spp, render, equal_time_with=tuple(labels))
         for spp, labels in tqdm(sorted(equal.items()), "Monte Carlo at equal time", disable=None, leave=False)
     ]

@@ -6,6 +6,9 @@ import base64
 import io
 
 import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import PowerNorm
+from matplotlib.image import imsave
 
 from mcdenoise.samples.gate import check_image
 
@@ -35,17 +38,18 @@ def tone_map(image: object) -> np.ndarray:
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055).astype(np.float32)
 
 
-def error_colours(error: np.ndarray, ceiling: float) -> np.ndarray:
-    """Colour an error map (h, w) in [0, ceiling] with matplotlib's magma, square root scale; returns (h, w, 3) in [0, 1]."""
-    from matplotlib import colormaps
+def error_scale(ceiling: float) -> ScalarMappable:
+    """Return the one colour scale of error maps: matplotlib's magma over [0, ceiling], square root scale."""
+    return ScalarMappable(PowerNorm(0.5, 0, ceiling), "magma")
 
-    return colormaps["magma"](np.sqrt(np.clip(error / ceiling, 0, 1)))[..., :3]
+
+def error_colours(error: np.ndarray, ceiling: float) -> np.ndarray:
+    """Colour an error map (h, w) by `error_scale`; returns (h, w, 3) in [0, 1]."""
+    return error_scale(ceiling).to_rgba(error)[..., :3]
 
 
 def png_data_uri(display: np.ndarray) -> str:
     """Return display values (h, w, 3) in [0, 1] as the data URI of an 8-bit PNG, so that a page needs no other file."""
-    from matplotlib.image import imsave
-
     stream = io.BytesIO()
     imsave(stream, np.rint(display * 255).astype(np.uint8), format="png")
     return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode("ascii")

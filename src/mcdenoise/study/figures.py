@@ -7,21 +7,20 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from mcdenoise.metrics import relmse_map
 from mcdenoise.samples.storage import write_beside
 from mcdenoise.study.compare import Comparison, Result
-from mcdenoise.study.display import tone_map
+from mcdenoise.study.display import error_colours, error_scale, tone_map
 
 # Paul Tol's "bright" scheme: distinguishable with any colour vision.
 COLOURS = ("#4477AA", "#EE6677", "#228833", "#AA3377", "#66CCEE", "#CCBB44")
 MARKERS = ("o", "s", "^", "D", "v", "P")
 GREY = "#777777"
+CROP_COLOURS = ("#FFD700", "#00E5FF")
 SMALLEST_ERROR = 1e-9  # where a logarithmic axis needs a number for 0
 CROP_SHARE = 4  # a crop is a quarter of the image's side
 
@@ -35,8 +34,7 @@ def save_figure(figure: Figure, path: Path) -> None:
 
 def error_ceiling(comparison: Comparison) -> float:
     """Return the top of the error scale that all error maps share: the 99th percentile of the unfiltered image's errors."""
-    error = relmse_map(comparison.unfiltered.image, comparison.reference).mean(axis=-1)
-    return max(float(np.percentile(error, 99)), 1e-6)
+    return max(float(np.percentile(comparison.error_map(comparison.unfiltered), 99)), 1e-6)
 
 
 def heading(comparison: Comparison) -> str:
@@ -164,47 +162,44 @@ def shown(comparison: Comparison) -> list[Result]:
 def images_figure(comparison: Comparison) -> Figure:
     """Show the input, every filter, the equal-time rival and the reference: whole, two crops, and error on one scale."""
     results = shown(comparison)
-    crops = crop_corners(comparison)
-    side = comparison.size // CROP_SHARE
+    crops, ceiling = crop_corners(comparison), error_ceiling(comparison)
     figure = Figure(figsize=(2.3 * (len(results) + 1) + 0.6, 9.6), layout="constrained")
     figure.suptitle(f"Images, crops and relative squared error: {heading(comparison)}\n(one tone map: clip, sRGB)")
     grid = figure.subplots(4, len(results) + 1, squeeze=False)
-    ceiling = error_ceiling(comparison)
-    columns = [(f"{r.label}\nrelMSE {r.relmse:.4f}", r.image) for r in results]
-    columns.append((f"reference\n{comparison.reference_spp} spp", comparison.reference))
-    mappable = None
-    for column, (title, image) in enumerate(columns):
-        display = tone_map(image)
-        grid[0, column].imshow(display, interpolation="nearest")
-        grid[0, column].set_title(title, fontsize=10)
-        for row, ((y, x), colour) in enumerate(zip(crops, ("#FFD700", "#00E5FF"), strict=True), start=1):
-            grid[0, column].add_patch(Rectangle((x - 0.5, y - 0.5), side, side, fill=False, edgecolor=colour))
-            grid[row, column].imshow(display[y : y + side, x : x + side], interpolation="nearest")
-            for spine in grid[row, column].spines.values():
-                spine.set(edgecolor=colour, linewidth=2)
-        if image is not comparison.reference:
-            error = relmse_map(image, comparison.reference).mean(axis=-1)
-            norm = PowerNorm(0.5, 0, ceiling)
-            mappable = grid[3, column].imshow(error, cmap="magma", norm=norm, interpolation="nearest")
-        else:
-            grid[3, column].axis("off")
+    for column, result in zip(grid.T, results, strict=False):
+        _draw_image(column, f"{result.label}\nrelMSE {result.relmse:.4f}", result.image, crops)
+        column[3].imshow(error_colours(comparison.error_map(result), ceiling), interpolation="nearest")
+    _draw_image(grid[:, -1], f"reference\n{comparison.reference_spp} spp", comparison.reference, crops)
+    grid[3, -1].axis("off")
     for axes in grid.flat:
         axes.set(xticks=[], yticks=[])
-    for row, name in enumerate(("whole image", "crop 1", "crop 2", "error")):
-        grid[row, 0].set_ylabel(name)
-    bar = figure.colorbar(mappable, ax=grid[3, -1], fraction=0.5, aspect=8)
+    for axes, name in zip(grid[:, 0], ("whole image", "crop 1", "crop 2", "error"), strict=True):
+        axes.set_ylabel(name)
+    bar = figure.colorbar(error_scale(ceiling), ax=grid[3, -1], fraction=0.5, aspect=8)
     bar.set_label("(x - ref)² / (ref² + 0.01)")
     return figure
 
 
+def _draw_image(column: np.ndarray, title: str, image: np.ndarray, crops: list[tuple[int, int]]) -> None:
+    """Fill the first three axes of a column: the whole image with the crops marked, then the crops."""
+    display, side = tone_map(image), len(image) // CROP_SHARE
+    column[0].imshow(display, interpolation="nearest")
+    column[0].set_title(title, fontsize=10)
+    for axes, (y, x), colour in zip(column[1:3], crops, CROP_COLOURS, strict=True):
+        column[0].add_patch(Rectangle((x - 0.5, y - 0.5), side, side, fill=False, edgecolor=colour))
+        axes.imshow(display[y : y + side, x : x + side], interpolation="nearest")
+        for spine in axes.spines.values():
+            spine.set(edgecolor=colour, linewidth=2)
+
+
 def crop_corners(comparison: Comparison) -> list[tuple[int, int]]:
     """Return (y, x) of two crops, chosen by the data: where the input errs most, and where the best filter errs most."""
-    side = comparison.size // CROP_SHARE
+    side, ceiling = comparison.size // CROP_SHARE, error_ceiling(comparison)
     best = min(comparison.filters, key=lambda r: r.relmse, default=comparison.unfiltered)
     corners: list[tuple[int, int]] = []
     for result in (comparison.unfiltered, best):
-        error = relmse_map(result.image, comparison.reference).mean(axis=-1)
-        sums = np.pad(np.minimum(error, error_ceiling(comparison)), ((1, 0), (1, 0))).cumsum(0).cumsum(1)
+        error = np.minimum(comparison.error_map(result), ceiling)
+        sums = np.pad(error, ((1, 0), (1, 0))).cumsum(0).cumsum(1)
         box = sums[side:, side:] - sums[:-side, side:] - sums[side:, :-side] + sums[:-side, :-side]
         for y, x in corners:
             box[max(y - side + 1, 0) : y + side, max(x - side + 1, 0) : x + side] = -1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import html
 import json
 import math
@@ -11,7 +12,6 @@ from string import Template
 from tempfile import TemporaryFile
 from typing import Any
 
-from mcdenoise.metrics import relmse_map
 from mcdenoise.render import write_exr
 from mcdenoise.samples.storage import write_beside
 from mcdenoise.study.compare import Comparison, Result
@@ -111,8 +111,6 @@ def _notes(comparison: Comparison) -> list[str]:
 
 def report_page(comparison: Comparison, chart_png: bytes) -> str:
     """Return report.html: one file with all images inside, no network, no other file."""
-    import base64
-
     template = Template(resources.files("mcdenoise.study").joinpath("report_template.html").read_text("utf-8"))
     ceiling = error_ceiling(comparison)
     items = [_item(result, comparison, ceiling) for result in comparison.results]
@@ -141,7 +139,6 @@ def report_page(comparison: Comparison, chart_png: bytes) -> str:
 
 def _item(result: Result, comparison: Comparison, ceiling: float) -> dict[str, str]:
     """One row and image of the page."""
-    error = relmse_map(result.image, comparison.reference).mean(axis=-1)
     star = " *" if result in comparison.front() else ""
     return {
         "label": result.label,
@@ -154,7 +151,7 @@ def _item(result: Result, comparison: Comparison, ceiling: float) -> dict[str, s
         "psnr": f"{result.psnr:.2f}",
         "ssim": f"{result.ssim:.3f}",
         "image": png_data_uri(tone_map(result.image)),
-        "error": png_data_uri(error_colours(error, ceiling)),
+        "error": png_data_uri(error_colours(comparison.error_map(result), ceiling)),
     }
 
 
