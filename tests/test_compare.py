@@ -10,7 +10,7 @@ from matplotlib.image import imread
 import mcdenoise as mcd
 from mcdenoise import cli
 from mcdenoise.study import compare as compare_module
-from mcdenoise.study import figures, report
+from mcdenoise.study import charts, report
 from mcdenoise.study.compare import RenderClock, compare
 from mcdenoise.study.display import tone_map
 from mcdenoise.study.methods import METHODS
@@ -162,7 +162,7 @@ def test_figures_show_something(folder):
 
 
 def test_chart_draws_every_result_where_it_was_measured(comparison):
-    whole, alone = figures.speed_accuracy_figure(comparison).axes
+    whole, alone = charts.speed_accuracy_figure(comparison).axes
     drawn = {tuple(np.ravel(line.get_xydata())) for line in whole.lines if len(line.get_xydata()) == 1}
     assert drawn == {(result.seconds, result.relmse) for result in comparison.results}
     assert whole.get_xscale() == whole.get_yscale() == alone.get_xscale() == "log"
@@ -171,8 +171,8 @@ def test_chart_draws_every_result_where_it_was_measured(comparison):
 
 
 def test_crops_lie_inside_and_apart(comparison):
-    (y1, x1), (y2, x2) = figures.crop_corners(comparison)
-    side = comparison.size // figures.CROP_SHARE
+    (y1, x1), (y2, x2) = charts.crop_corners(comparison)
+    side = comparison.size // charts.CROP_SHARE
     assert all(0 <= corner <= comparison.size - side for corner in (y1, x1, y2, x2))
     assert abs(y1 - y2) >= side or abs(x1 - x2) >= side
 
