@@ -1,20 +1,29 @@
-# make demo   denoise a noisy thin-lens render, chart speed against accuracy
-# make test   style, import contracts, tests
+# make demo       denoise a noisy thin-lens render, chart speed against accuracy
+# make test       style, import contracts, tests
+# make lab        open the exercises in JupyterLab (in work/; what you changed there stays as it is)
+# make lectures   build the lecture site with slides and PDFs into out/lectures
+# make notebooks  execute all notebooks into out/notebooks
+# make figures    make the figures of the lectures and their numbers again
+# make doctor     say what works on this machine, and what to install for more
 #
-# Either makes .venv, installs what it needs into it once, and runs. Needed: python3 (3.11 to 3.13) with venv, make.
-# uv is used where it is present. Other settings: make demo SCENE=glossy OUT=out/glossy PYTHON=python3.12
+# Each makes .venv, installs what it needs into it once, and runs. Needed: python3 (3.11 to 3.13) with venv, make.
+# uv is used where it is present. Other settings: make demo SCENE=glossy OUT=out/glossy PYTHON=python3.12,
+# make figures CHAPTERS=ch02, make lab LAB_ARGS=--no-browser, make lectures SITE_ARGS=--no-pdf
 
-PYTHON ?= python3
-SCENE  ?= dof
-OUT    ?= out/$(SCENE)
-VENV   := .venv
-BIN    := $(VENV)/bin
-UV     := $(shell command -v uv 2>/dev/null)
-comma  := ,
+PYTHON   ?= python3
+SCENE    ?= dof
+OUT      ?= out/$(SCENE)
+LAB_ARGS ?=
+SITE_ARGS ?=
+CHAPTERS ?=
+VENV     := .venv
+BIN      := $(VENV)/bin
+UV       := $(shell command -v uv 2>/dev/null)
+comma    := ,
 # Unless you name a Python, uv may take any that fits.
 UV_PYTHON := $(if $(filter file,$(origin PYTHON)),>=3.11$(comma)<3.14,$(PYTHON))
 
-.PHONY: demo test bench clean
+.PHONY: demo test lab lectures notebooks figures doctor bench clean
 
 demo: $(VENV)/.installed-demo
 	$(BIN)/mcdenoise compare $(SCENE) --out $(OUT)
@@ -25,15 +34,34 @@ test: $(VENV)/.installed-test
 	$(BIN)/lint-imports
 	$(BIN)/python -m pytest
 
+lab: $(VENV)/.installed-lab
+	$(BIN)/python -m mcdenoise.classroom.lab
+	$(BIN)/jupyter lab $(LAB_ARGS) work/notebooks
+
+lectures: $(VENV)/.installed-lectures
+	$(BIN)/python -m mcdenoise.classroom.site $(SITE_ARGS)
+
+notebooks: $(VENV)/.installed-lab
+	$(BIN)/python -m mcdenoise.classroom.execute
+
+figures: $(VENV)/.installed-demo
+	$(BIN)/python -m mcdenoise.study.figures $(CHAPTERS)
+
+doctor: $(VENV)/.installed-demo
+	$(BIN)/mcdenoise doctor
+
 bench: $(VENV)/.installed-test
 	$(BIN)/python -m mcdenoise.study.bench filters
 
-clean:
+clean: # work/ stays: it may hold somebody's work
 	rm -rf $(VENV) out
 
 # A stamp is written only after a whole installation, so an interrupted one starts again.
 $(VENV)/.installed-demo: EXTRA :=
-$(VENV)/.installed-test: EXTRA := [test]
+$(VENV)/.installed-lab: EXTRA := [notebooks]
+$(VENV)/.installed-lectures: EXTRA := [lectures]
+$(VENV)/.installed-test: EXTRA := [test,notebooks,lectures,grading]
+$(VENV)/.installed-test: WITH := demo lab lectures # what it includes needs no installation of its own
 $(VENV)/.installed-%: pyproject.toml
 ifeq ($(UV),)
 	@$(PYTHON) -c 'import sys; sys.exit(0 if (3, 11) <= sys.version_info[:2] <= (3, 13) else \
@@ -44,4 +72,4 @@ else
 	$(UV) venv --allow-existing --python '$(UV_PYTHON)' $(VENV)
 	$(UV) pip install --python $(BIN)/python --editable '.$(EXTRA)'
 endif
-	@touch $@
+	@touch $@ $(WITH:%=$(VENV)/.installed-%)

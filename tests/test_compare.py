@@ -9,8 +9,8 @@ from matplotlib.image import imread
 
 import mcdenoise as mcd
 from mcdenoise import cli
-from mcdenoise.study import compare as compare_module
 from mcdenoise.study import charts, report
+from mcdenoise.study import compare as compare_module
 from mcdenoise.study.compare import RenderClock, compare
 from mcdenoise.study.display import tone_map
 from mcdenoise.study.methods import METHODS

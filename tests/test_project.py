@@ -17,7 +17,8 @@ ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
 CONDA_NAMES = {"matplotlib": "matplotlib-base"}  # the same library without a window system
-FROM_PIP = {"mitsuba", "opencv-python-headless"}  # conda-forge has no Mitsuba, and builds OpenCV under another name
+# conda-forge has no Mitsuba, builds OpenCV under another name, and was not seen to hold the last two.
+FROM_PIP = {"mitsuba", "opencv-python-headless", "sphinx-mathjax-offline", "sphinx-revealjs"}
 
 
 def _split(requirement):

@@ -8,6 +8,8 @@ The front door: ``import mcdenoise as mcd``. Mitsuba, numba, matplotlib and scik
 array([[0.5, 0.5, 0.5, 0.5]])
 """
 
+from importlib import import_module
+
 from mcdenoise.filters import bilateral, cross_bilateral, gaussian
 from mcdenoise.metrics import mse, psnr, relmse, relmse_map, squared_error_map, ssim
 from mcdenoise.render import capture, read_exr, render_image, render_reference, scene_names, write_exr
@@ -24,6 +26,7 @@ __all__ = [
     "SampleBuffer",
     "bilateral",
     "capture",
+    "check",
     "cross_bilateral",
     "gaussian",
     "half_means",
@@ -38,8 +41,26 @@ __all__ = [
     "render_reference",
     "sample_variance",
     "scene_names",
+    "show_difference",
+    "show_images",
+    "slider",
     "squared_error_map",
     "ssim",
     "variance_of_mean",
     "write_exr",
 ]
+
+# What draws or checks is loaded when first asked for: matplotlib takes a second.
+_LOADED_LATER = {
+    "check": "mcdenoise.classroom.check",
+    "show_difference": "mcdenoise.study.show",
+    "show_images": "mcdenoise.study.show",
+    "slider": "mcdenoise.study.slider",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Load one of the names that need heavy libraries."""
+    if name in _LOADED_LATER:
+        return getattr(import_module(_LOADED_LATER[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,4 +1,4 @@
-"""The command line: `mcdenoise compare SCENE`."""
+"""The command line: `mcdenoise compare SCENE`, `mcdenoise classroom build | check | grade | release`, `mcdenoise doctor`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
+from mcdenoise.classroom.command import add_commands
+from mcdenoise.classroom.command import run as run_classroom
 from mcdenoise.study.arguments import OneLineParser
 
 
@@ -24,6 +26,19 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"mcdenoise {version('mcdenoise')}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_compare(commands)
+    add_commands(commands)
+    commands.add_parser(
+        "doctor",
+        help="say what works on this machine, and what to install for more",
+        description="Look at Python, Mitsuba and its back ends, numba, extras and tools. Exit code 0 if the essentials "
+        "work, else 1.",
+    )
+    return parser
+
+
+def _add_compare(commands: argparse._SubParsersAction) -> None:
+    """Add `mcdenoise compare`."""
     compare = commands.add_parser(
         "compare",
         help="denoise a scene with every method; chart speed against accuracy",
@@ -42,15 +57,16 @@ def build_parser() -> argparse.ArgumentParser:
         "--variant", default="auto", help="Mitsuba back end: auto, scalar_rgb, llvm_ad_rgb (default auto)"
     )
     compare.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default out/SCENE)")
-    return parser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line; returns the exit code: 0, or 2 with one line on standard error for what could not be done."""
+    """Run the command line; returns the exit code: that of the command, or 2 with one line on standard error for what could
+    not be done.
+    """
     parser = build_parser()
     options = parser.parse_args(arguments)
     try:
-        return run_compare(options)
+        return _RUN[options.command](options)
     except (ValueError, OSError) as error:
         print(f"mcdenoise {options.command}: {' '.join(str(error).split())}", file=sys.stderr)
         return 2
@@ -76,6 +92,16 @@ def run_compare(options: argparse.Namespace) -> int:
     written = write_all(comparison, folder)
     print(f"\nWrote {len(written)} files into {folder}. Open {written[0]} in a browser: keys flip between the images.")
     return 0
+
+
+def run_doctor(options: argparse.Namespace) -> int:
+    """Run `mcdenoise doctor`."""
+    from mcdenoise.classroom.doctor import run_doctor
+
+    return run_doctor()
+
+
+_RUN = {"compare": run_compare, "classroom": run_classroom, "doctor": run_doctor}
 
 
 if __name__ == "__main__":

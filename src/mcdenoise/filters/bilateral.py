@@ -68,7 +68,7 @@ def bilateral(
 def bilateral_sums(
     image: np.ndarray, sigma_space: float, sigma_radiance: float, radius: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The reference: sum of w c and sum of w of every pixel, in float64.
+    """Sum of w c and sum of w of every pixel, in float64.
 
     Parameters
     ----------
@@ -84,6 +84,7 @@ def bilateral_sums(
     >>> norm.round(3)
     array([[1.607, 1.607]])
     """
+    ### BEGIN SOLUTION
     image = image.astype(np.float64)
     height, width, _ = image.shape
     total, norm = np.zeros_like(image), np.zeros((height, width))
@@ -92,3 +93,4 @@ def bilateral_sums(
         total[here] += weight[..., np.newaxis] * image[there]
         norm[here] += weight
     return total, norm
+    ### END SOLUTION

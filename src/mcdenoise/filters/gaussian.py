@@ -58,7 +58,7 @@ def gaussian(image: np.ndarray, *, sigma_space: float, radius: int | None = None
 
 
 def gaussian_sums(image: np.ndarray, sigma_space: float, radius: int) -> tuple[np.ndarray, np.ndarray]:
-    """The reference: sum of w c and sum of w of every pixel, in float64.
+    """Sum of w c and sum of w of every pixel, in float64.
 
     Parameters
     ----------
@@ -74,6 +74,7 @@ def gaussian_sums(image: np.ndarray, sigma_space: float, radius: int) -> tuple[n
     >>> total[..., 0], norm
     (array([[2., 2.]]), array([[2., 2.]]))
     """
+    ### BEGIN SOLUTION
     image = image.astype(np.float64)
     height, width, _ = image.shape
     total, norm = np.zeros_like(image), np.zeros((height, width))
@@ -82,3 +83,4 @@ def gaussian_sums(image: np.ndarray, sigma_space: float, radius: int) -> tuple[n
         total[here] += weight * image[there]
         norm[here] += weight
     return total, norm
+    ### END SOLUTION

@@ -14,9 +14,9 @@ from typing import Any
 
 from mcdenoise.render import write_exr
 from mcdenoise.samples.storage import write_beside
+from mcdenoise.study.charts import error_ceiling, heading, images_figure, save_figure, speed_accuracy_figure
 from mcdenoise.study.compare import Comparison, Result
 from mcdenoise.study.display import error_colours, png_data_uri, tone_map
-from mcdenoise.study.charts import error_ceiling, heading, images_figure, save_figure, speed_accuracy_figure
 
 
 def write_all(comparison: Comparison, folder: Path) -> list[Path]:
