@@ -16,7 +16,6 @@ exclude_patterns = [
     "README.md",
     *(["notebooks", "index.md", "instructor.md", "notation.md"] if slides else ["slides.md"]),
 ]
-templates_path = ["_templates"]
 
 # Pages are MyST; numbers that the text quotes come from the files written with the figures: {{ ch02.impulse.peak }}.
 myst_enable_extensions = ["amsmath", "attrs_inline", "colon_fence", "deflist", "dollarmath", "substitution"]

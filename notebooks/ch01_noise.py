@@ -44,8 +44,8 @@ print(samples.layout)
 samples
 
 # %% [markdown]
-# One pixel, 32 samples, one mean: the blurred edge of the ball in front. The samples come from two surfaces, and no sample has
-# the colour of the pixel.
+# One pixel, 32 samples, one mean: the blurred edge of the ball in front. The samples come from two surfaces, and hardly one has
+# the radiance of the pixel.
 
 # %%
 y, x = 94, 101
@@ -155,13 +155,15 @@ spp_needed = (64, 32)
 check("spp_needed")
 
 # %% [markdown]
-# Deal the 32 samples of each pixel out to images of $N$ spp and measure. A power law is a straight line in a double logarithmic
-# chart; the slope is the power.
+# Deal the 32 samples of each pixel out to $32 / N$ images of $N$ spp, and average their errors. A power law is a straight line in
+# a double logarithmic chart; the slope is the power.
 
 # %%
 N = np.array([1, 2, 4, 8, 16, 32])
-images = [mcd.pixel_mean(samples.radiance[:, :, :n]) for n in N]
-errors = [relmse(image, reference, 0.01) for image in images]
+errors = []
+for n in N:
+    images = [mcd.pixel_mean(part) for part in np.split(samples.radiance, 32 // n, axis=2)]
+    errors.append(np.mean([relmse(image, reference, 0.01) for image in images]))
 slope = np.polyfit(np.log(N), np.log(errors), 1)[0]
 figure, axes = plt.subplots(figsize=(5, 3), layout="constrained")
 axes.loglog(N, errors, "o", label=f"relMSE: slope {slope:.2f}")
@@ -169,17 +171,14 @@ axes.loglog(N, errors[0] / N, "--", color="gray", label="1 / N")
 axes.loglog(N, np.sqrt(errors), "s", label=f"its root: slope {slope / 2:.2f}")
 axes.loglog(N, np.sqrt(errors[0] / N), ":", color="gray", label="1 / sqrt(N)")
 axes.set(xlabel="samples per pixel N", title="dof")
+axes.yaxis.set_minor_formatter(plt.NullFormatter())
 _ = axes.legend(frameon=False)
 
 # %% [markdown]
-# Move the slider: each step costs four times the time and takes half the noise. That is why nobody renders noise away.
+# Move the slider: two steps cost four times the time and take half the noise. That is why nobody renders noise away.
 
 # %%
-mcd.slider(
-    lambda spp: mcd.pixel_mean(samples.radiance[:, :, :spp]),
-    title="dof",
-    spp=[1, 2, 4, 8, 16, 32],
-)
+mcd.slider(lambda spp: mcd.pixel_mean(samples.radiance[:, :, :spp]), title="dof", spp=[1, 2, 4, 8, 16, 32])
 
 # %% [markdown]
 # ## 4. Break the estimate
@@ -268,7 +267,8 @@ check("light_field_slope")
 
 # %% [markdown]
 # Against the samples: each knows the world position that it hit, so its depth $d$, and where the middle of the lens would have
-# seen that point, $x_0$. Along the horizontal diameter of the lens, what it moved must be `slope * (u - 1/2)`.
+# seen that point, $x_0$. Divide what it moved by $u - \frac12$, and there is the slope. (We take samples near the horizontal
+# diameter of the lens, $|v - \frac12| < 0.02$.)
 
 # %%
 focus_distance, lens_radius, pixels_per_unit = 5.3, 0.22, 128 / (2 * 5.3 * np.tan(np.radians(17)))
@@ -276,17 +276,20 @@ camera, target = np.array([0.0, -5.4, 1.7]), np.array([0.0, 0.4, 0.68])
 forward = (target - camera) / np.linalg.norm(target - camera)
 right = np.array([1.0, 0.0, 0.0])
 
-diameter = samples.hit & (np.abs(samples["lens_v"] - 0.5) < 0.02)
+diameter = samples.hit & (np.abs(samples["lens_v"] - 0.5) < 0.02) & (np.abs(samples["lens_u"] - 0.5) > 0.25)
 position, u = samples["world_position"][diameter] - camera, samples["lens_u"][diameter]
 depth = position @ forward
 x_0 = 64 + pixels_per_unit * focus_distance * (position @ right) / depth
-moved = samples.screen_position[diameter][:, 0] - x_0
-predicted = light_field_slope(depth, focus_distance, lens_radius, pixels_per_unit) * (u - 0.5)
-print(f"{len(u)} samples; largest difference {np.abs(moved - predicted).max():.3f} pixels")
-figure, axes = plt.subplots(figsize=(4.5, 3), layout="constrained")
-shown = axes.scatter(predicted, moved, c=depth, s=4, vmax=12)
-figure.colorbar(shown, label="depth (scene units)")
-_ = axes.set(xlabel="slope (u - 1/2), pixels", ylabel="measured, pixels", title="the lens moves points")
+measured = (samples.screen_position[diameter][:, 0] - x_0) / (u - 0.5)
+predicted = light_field_slope(depth, focus_distance, lens_radius, pixels_per_unit)
+print(f"{len(u)} samples; largest difference {np.abs(measured - predicted).max():.2f} pixels")
+d = np.linspace(2.8, 14, 200)
+figure, axes = plt.subplots(figsize=(5, 3), layout="constrained")
+axes.plot(depth, measured, ".", markersize=4, label="samples")
+axes.plot(d, light_field_slope(d, focus_distance, lens_radius, pixels_per_unit), "k", linewidth=0.8, label="yours")
+axes.axhline(0, color="gray", linewidth=0.6)
+axes.set(xlabel="depth (scene units)", ylabel="slope (pixels)", xlim=(2.6, 14), title="in focus at 5.3")
+_ = axes.legend(frameon=False)
 
 # %% [markdown]
 # ## 6. One scanline as a light field
@@ -298,15 +301,15 @@ _ = axes.set(xlabel="slope (u - 1/2), pixels", ylabel="measured, pixels", title=
 # %%
 light_field = mcd.read_exr("data/dof_scanline.exr")
 print("rows u, columns x, channels:", light_field.shape)
-here = diameter[60]
+here = np.abs(samples["lens_v"][60] - 0.5) < 0.02
 figure, axes = plt.subplots(figsize=(8, 3.4), layout="constrained")
 axes.imshow(np.clip(light_field, 0, 1) ** (1 / 2.2), aspect="auto", origin="lower", extent=(0, 128, 0, 1))
 for name, x_0, depth in (("near", 23.0, 4.55), ("in focus", 73.0, 5.06), ("far", 40.0, 8.29)):
     slope = light_field_slope(depth, focus_distance, lens_radius, pixels_per_unit)
     axes.plot(x_0 + slope * np.array([-0.5, 0.5]), [0, 1], linewidth=2.5, label=f"{name}: slope {slope:+.1f}")
-axes.plot(
-    samples.screen_position[60][here][:, 0], samples["lens_u"][60][here], "k.", markersize=4, label="samples of row 60"
-)
+x, u = samples.screen_position[60][here][:, 0], samples["lens_u"][60][here]
+colours = np.clip(samples.radiance[60][here], 0, 1) ** (1 / 2.2)
+axes.scatter(x, u, s=16, c=colours, edgecolors="black", label="samples of row 60")
 axes.set(xlabel="screen x (pixels)", ylabel="lens u")
 _ = axes.legend(loc="upper right", fontsize=8)
 
@@ -354,8 +357,8 @@ def refocus(light_field, slope):
 
     Returns
     -------
-    row : (n_x, c), the mean over u of the radiance at x + slope (u - 1/2), interpolated linearly between columns; beyond the
-        border the last column is repeated (that is what np.interp does, one channel at a time). Magnitude: radiance.
+    row : (n_x, c), the mean over u of the radiance at x + slope (u - 1/2), interpolated linearly between columns;
+        beyond the border the last column is repeated (np.interp does both, one channel at a time). In radiance.
     """
     ### BEGIN SOLUTION
     n_u, n_x, channels = light_field.shape

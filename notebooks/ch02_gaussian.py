@@ -114,6 +114,7 @@ for dy, dx, here, there in window_offsets(1, 3, radius=1):
 # The docstring is the contract of the real function in `mcdenoise.filters.gaussian`; its tests are yours.
 
 # %% exercise="gaussian_sums"
+from mcdenoise.filters.gaussian import gaussian_sums
 
 # %%
 check("gaussian_sums")
@@ -233,8 +234,8 @@ def gaussian_rows(image, sigma_space, radius):
 check("gaussian_rows")
 
 # %% [markdown]
-# What does it buy? On logarithmic axes a cost that grows like $n^k$ is a line of slope $k$: 2 for the window, 1 for two passes. The
-# compiled filter, which takes two passes, is faster still.
+# What does it buy? On logarithmic axes a cost that grows like $n^k$ is a line of slope $k$: 2 for the window, 1 for two passes.
+# The compiled filter, which takes two passes, is faster still.
 
 
 # %%

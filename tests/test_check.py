@@ -1,6 +1,5 @@
 """check("name"): typical wrong students get the words meant for them; the report as text, HTML and in a real kernel."""
 
-import os
 import re
 import subprocess
 import sys
@@ -297,18 +296,16 @@ CELLS = [
 @pytest.fixture(scope="module")
 def executed(tmp_path_factory):
     """The outputs of CELLS in a real kernel."""
-    import nbformat
-    from nbclient import NotebookClient
-
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
     folder = tmp_path_factory.mktemp("course")
     (folder / "tests" / "exercises").mkdir(parents=True)
     (folder / "tests" / "exercises" / "test_ch02.py").write_text(Path(toy_exercise.__file__).read_text())
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(source) for source in CELLS])
-    (folder / "ipython").mkdir()
-    os.environ["IPYTHONDIR"] = str(folder / "ipython")
-    NotebookClient(
-        notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": str(folder)}}
-    ).execute()
+    resources = {"metadata": {"path": str(folder)}}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("IPYTHONDIR", str(folder / "ipython"))
+        nbclient.NotebookClient(notebook, timeout=300, kernel_name="python3", resources=resources).execute()
     return [cell.outputs for cell in notebook.cells]
 
 

@@ -184,6 +184,11 @@ REFUSED = {
     "null bytes": (["def f():\0 pass"], "the cell of `f` "),
     "nested too deep": (["f = " + "(" * 9000 + ")" * 9000], "the cell of `f` "),
     "nested deep": (["f = " + "-" * 200_000 + "1"], "the cell of `f` cannot be read by Python (MemoryError)."),
+    "nested comprehensions": (["f = " + "[" * 60 + "1" + " for a in b]" * 60], "`f` is nested too deeply for Python."),
+    "break outside": (
+        ["x = 1\ndef f():\n    break"],
+        "`f` has a syntax error ('break' outside loop) in line 3: `break`",
+    ),
     "return outside": (
         ["def g(): pass\nif 1:\n    f = 1\n    return f"],
         "`f` has a syntax error ('return' outside function) in line 4",
@@ -312,7 +317,7 @@ BROKEN = {
     "Latin-1": ("{'größe'}".encode("latin-1"), r"student.ipynb is not UTF-8 text \(byte 4\): save it again as UTF-8"),
     "much code": (
         {"cells": [{"cell_type": "code", "source": "x" * (LARGEST_CODE + 1)}]},
-        "student.ipynb has more than 256 kB of code",
+        "student.ipynb has more than 128 kB of code",
     ),
 }
 

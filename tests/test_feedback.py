@@ -100,7 +100,7 @@ def test_prints_are_shown_and_their_absence_is_not():
 
 
 def test_a_missing_sandbox_and_a_problem_are_said():
-    assert "Sandbox: NONE" in feedback_page(grade(outcome(), sandbox="fence"))
+    assert "Graded without a sandbox." in feedback_page(grade(outcome(), sandbox="fence"))
     page = Page(feedback_page(grade(outcome(message="x"), problem="ada.ipynb is no whole notebook.")))
     assert page.text.count("is no whole notebook") == 1
     assert "✗" not in page.text

@@ -59,9 +59,12 @@ def test_the_difference_is_signed_and_its_scale_symmetric():
     assert scale.get_clim() == (-0.25, 0.25)
 
 
-def test_equal_images_have_a_difference_of_zero_everywhere():
-    scale = mcd.show_difference(np.ones((3, 3)), np.ones((3, 3))).axes[2].images[0]
-    assert not scale.get_array().any()
+def test_equal_images_have_no_difference_and_rounding_is_none():
+    target = noise(4, 4)
+    for yours in (target, target * (1 + 1e-12)):
+        axes = mcd.show_difference(yours, target).axes[2]
+        assert axes.get_title() == "yours - target: no difference"
+        assert axes.images[0].get_clim() == (-1, 1)
 
 
 def test_values_that_are_not_finite_are_marked():

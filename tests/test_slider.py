@@ -81,6 +81,7 @@ def test_the_label_has_name_value_and_unit():
 def test_nothing_comes_from_outside_and_nothing_is_named_twice_on_a_page():
     made = mcd.slider(_grey, title="Grey", level=LEVELS)
     assert made._repr_html_() == made.html
+    assert "data-lm-suppress-shortcuts" in made.html  # or JupyterLab would take the arrow keys
     assert not re.search(r"https?:|//cdn|<script|<link|\bid=", made.html)
 
 

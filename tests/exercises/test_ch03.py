@@ -40,7 +40,7 @@ def _explain_likeness(weight):
 # --- bilateral_weights(image, y, x, sigma_space, sigma_radiance, radius)
 
 
-@graded("bilateral_weights", points=1)
+@graded("bilateral_weights", points=0.5)
 def test_on_a_flat_image_only_nearness_counts(impl):
     "On a flat image the weights are the spatial bell, and the pixel's weight with itself is 1."
     weight = impl(np.full((9, 9, 3), 0.7), 4, 4, 1.5, 0.2, 3)
@@ -48,7 +48,7 @@ def test_on_a_flat_image_only_nearness_counts(impl):
     assert_matches(weight, _bell_window(1.5, 3), "weights on a flat image (sigma_space 1.5, radius 3)")
 
 
-@graded("bilateral_weights", points=2)
+@graded("bilateral_weights", points=1)
 def test_likeness_is_the_distance_of_two_colours(impl):
     "Likeness is measured by the Euclidean distance over all three channels together."
     image = np.full((5, 5, 3), 0.1)
@@ -62,7 +62,7 @@ def test_likeness_is_the_distance_of_two_colours(impl):
     assert_matches(weight, expected, "weights around one pixel of another colour, at [1, 2] of the window")
 
 
-@graded("bilateral_weights", points=1)
+@graded("bilateral_weights", points=0.5)
 def test_outside_the_image_the_weight_is_zero(impl):
     "Where the window leaves the image the weight is 0, and the window keeps its size."
     image = np.full((4, 6, 1), 2.0)
@@ -78,7 +78,7 @@ def test_outside_the_image_the_weight_is_zero(impl):
     assert_matches(weight, expected, "weights at the top right corner, y = 0 and x = 5")
 
 
-@graded("bilateral_weights", points=1)
+@graded("bilateral_weights", points=0.5)
 def test_an_edge_cuts_the_window(impl):
     "On a step the pixels on the other side get next to nothing; which side is which is kept."
     image = np.zeros((9, 9, 1))
@@ -89,7 +89,7 @@ def test_an_edge_cuts_the_window(impl):
     assert_matches(weight, expected, "weights next to an edge that lies above the pixel")
 
 
-@graded("bilateral_weights", points=2, hidden=True)
+@graded("bilateral_weights", points=1, hidden=True)
 def test_weights_of_noise_give_the_filter(impl):
     "With these weights the weighted mean is the bilateral filter, anywhere in a noisy image."
     image = _noise(7, 10, 3)
@@ -101,7 +101,7 @@ def test_weights_of_noise_give_the_filter(impl):
         assert_matches(mean, filtered[y, x], f"weighted mean at y = {y}, x = {x}")
 
 
-@graded("bilateral_weights", points=1, hidden=True)
+@graded("bilateral_weights", points=0.5, hidden=True)
 def test_extreme_bandwidths_stay_finite(impl):
     "An infinite sigma switches its bell off; a tiny one leaves the pixel alone with itself."
     image = _noise(5, 5, 3)
@@ -114,7 +114,7 @@ def test_extreme_bandwidths_stay_finite(impl):
 # --- bilateral_sums(image, sigma_space, sigma_radiance, radius)
 
 
-@graded("bilateral_sums", points=1)
+@graded("bilateral_sums", points=0.5)
 def test_wide_range_kernel_gives_the_bell(impl):
     "With sigma_radiance infinite an impulse turns into the spatial bell, centred on it."
     image = np.zeros((11, 13, 1))
@@ -134,7 +134,7 @@ def test_wide_range_kernel_gives_the_bell(impl):
     assert_matches(norm[5][6], _bell_window(1.3, 3).sum(), "norm (W_p) of a pixel in the middle")
 
 
-@graded("bilateral_sums", points=1)
+@graded("bilateral_sums", points=0.5)
 def test_borders_count_only_what_is_there(impl):
     "On a flat image norm is the sum of the bell over the pixels inside the image, and total is norm times the colour."
     total, norm = impl(np.full((6, 7, 2), 3.0), 2.0, 0.5, 4)
@@ -154,7 +154,7 @@ def test_borders_count_only_what_is_there(impl):
     assert_matches(total, 3 * np.dstack([expected, expected]), "total on a flat image of radiance 3")
 
 
-@graded("bilateral_sums", points=2)
+@graded("bilateral_sums", points=1)
 def test_two_colours_weigh_each_other(impl):
     "Two pixels at colour distance d give each other the weight exp(-d^2 / (2 sigma_radiance^2)), in both sums."
     image = np.array([[[0.1, 0.2, 0.3], [0.4, 0.8, 0.9]]])  # distance 0.9
@@ -173,7 +173,7 @@ def test_two_colours_weigh_each_other(impl):
     assert_matches(total, image + weight * image[:, ::-1], "total of two pixels of different colour")
 
 
-@graded("bilateral_sums", points=2)
+@graded("bilateral_sums", points=1)
 def test_the_quotient_is_the_bilateral_filter(impl):
     "On noise total / norm is the bilateral filter, and the image is left as it was."
     image = _noise(9, 12, 3)
@@ -183,7 +183,7 @@ def test_the_quotient_is_the_bilateral_filter(impl):
     assert_matches(quotient, filtered, "total / norm on noise")
 
 
-@graded("bilateral_sums", points=2, hidden=True)
+@graded("bilateral_sums", points=1, hidden=True)
 def test_steep_steps_survive(impl):
     "A step of ten sigma_radiance survives; a window larger than the image does no harm."
     image = np.zeros((5, 8, 1))
@@ -193,7 +193,7 @@ def test_steep_steps_survive(impl):
     assert_matches(quotient, image, "total / norm of a step of ten sigma_radiance", atol=1e-6)
 
 
-@graded("bilateral_sums", points=2, hidden=True)
+@graded("bilateral_sums", points=1, hidden=True)
 def test_whole_numbers_and_small_floats_are_not_cut_off(impl):
     "An image of whole numbers, or of float32, gives the same sums as one of float64."
     whole = np.random.default_rng(2).integers(0, 5, (6, 5, 3))
@@ -243,7 +243,7 @@ def _what_it_is(filtered, image):
     return min(candidates, key=lambda letter: float(np.abs(candidates[letter] - filtered).max()))
 
 
-@graded("limits", points=2)
+@graded("limits", points=1)
 def test_limits_of_the_bandwidths(impl):
     "What the bilateral filter turns into when a bandwidth goes to 0 or to infinity: tried on noise."
     letters = [str(one).strip().upper() for one in impl] if isinstance(impl, (tuple, list, str)) else []
@@ -298,7 +298,7 @@ def _hard_case(impl):
     return noisy, truth
 
 
-@graded("hard_case", points=1)
+@graded("hard_case", points=0.5)
 def test_the_case_is_fair(impl):
     "The truth has an edge, and the noise is like Monte Carlo noise: its mean is zero."
     noisy, truth = _hard_case(impl)
@@ -314,7 +314,7 @@ def test_the_case_is_fair(impl):
     )
 
 
-@graded("hard_case", points=2)
+@graded("hard_case", points=1)
 def test_the_bilateral_is_worse(impl):
     "With sigma_radiance = 0.2 the bilateral has at least five times the Gaussian's mean squared error (sigma_space = 2)."
     noisy, truth = _hard_case(impl)
@@ -325,7 +325,7 @@ def test_the_bilateral_is_worse(impl):
     )
 
 
-@graded("hard_case", points=1, hidden=True)
+@graded("hard_case", points=0.5, hidden=True)
 def test_it_is_no_accident(impl):
     "It stays so with sigma_space = 1.4 and 3, and the same images come back each time."
     noisy, truth = _hard_case(impl)
@@ -341,7 +341,7 @@ def test_it_is_no_accident(impl):
 # --- centroid(response) -> (y, x)
 
 
-@graded("centroid", points=1)
+@graded("centroid", points=0.5)
 def test_centred_responses_have_centroid_zero(impl):
     "A bell in the middle has its centroid at (0, 0), whatever its sum."
     assert_matches(np.asarray(impl(_bell_window(2.0, 6)), float), np.zeros(2), "centroid of a centred bell", atol=1e-9)
@@ -353,7 +353,7 @@ def test_centred_responses_have_centroid_zero(impl):
     )
 
 
-@graded("centroid", points=2)
+@graded("centroid", points=1)
 def test_a_shift_is_found(impl):
     "One bright pixel 2 rows below and 3 columns left of the middle: (2, -3). It need not sum to 1."
     response = np.zeros((9, 13))
@@ -369,7 +369,7 @@ def test_a_shift_is_found(impl):
     assert_matches(found, np.array([2.0, -3.0]), "centroid of a pixel 2 below and 3 left of the middle")
 
 
-@graded("centroid", points=1)
+@graded("centroid", points=0.5)
 def test_it_is_the_mean_and_not_the_peak(impl):
     "Of two bright pixels the centroid lies between them, nearer to the brighter one."
     response = np.zeros((11, 11))
@@ -378,7 +378,7 @@ def test_it_is_the_mean_and_not_the_peak(impl):
     assert_matches(found, np.array([0.0, -2.0]), "centroid of 3 at x = -4 and 1 at x = +4")
 
 
-@graded("centroid", points=1, hidden=True)
+@graded("centroid", points=0.5, hidden=True)
 def test_any_size(impl):
     "Any odd height and width, and values of any kind."
     response = np.zeros((5, 21), np.float32)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Literal
 
 LARGEST = 64 * 2**20  # bytes of a notebook; only forgotten outputs make it larger
-LARGEST_CODE = 2**18  # characters of code in all cells together
+LARGEST_CODE = 2**17  # characters of code in all cells together
 
 _MARKER = re.compile(r"^# %%(?P<header>( .*)?)$")
 _ENTRY = re.compile(r'(?<![\w.-])(?P<key>[\w.-]+)=(?P<value>"(?:[^"\\]|\\.)*"|\[[^\]]*\]|\{[^}]*\}|\S+)')

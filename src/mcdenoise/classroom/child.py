@@ -64,7 +64,11 @@ def set_limits(facts: dict) -> None:
     if facts["sandboxed"]:
         limits[resource.RLIMIT_NPROC] = 64
     for what, most in limits.items():
-        resource.setrlimit(what, (most, most))
+        try:
+            resource.setrlimit(what, (most, most))
+        except (OSError, ValueError):
+            if sys.platform != "darwin":  # macOS knows no limit on address space
+                raise
 
 
 def pack_reply(wire: types.ModuleType, reply: dict) -> bytes:

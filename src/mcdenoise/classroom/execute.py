@@ -11,6 +11,7 @@ import shutil
 import sys
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
 from pathlib import Path
 
 from tqdm import tqdm
@@ -90,7 +91,7 @@ def execute_all(notebooks: Sequence[Path], folder: Path) -> list[Path]:
         As `execute`, for the first notebook that fails; those not begun are not executed.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with ProcessPoolExecutor(WORKERS) as pool:
+    with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
         jobs = [pool.submit(execute, notebook, folder / notebook.name) for notebook in notebooks]
         try:
             for job in tqdm(as_completed(jobs), total=len(jobs), desc="notebooks", unit="notebook", disable=None):

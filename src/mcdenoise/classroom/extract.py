@@ -23,14 +23,15 @@ from collections import defaultdict
 from collections.abc import Iterator
 from functools import lru_cache
 
-from mcdenoise.classroom.cells import PARSE_ERRORS, Cell, parse_cells, read_cells
+from mcdenoise.classroom.cells import PARSE_ERRORS, Cell, parse, parse_cells, read_cells
 from mcdenoise.classroom.finding import Finding
 from mcdenoise.classroom.implementation import place_in_source
-from mcdenoise.classroom.statements import BrokenCell, Statement, statements_of
+from mcdenoise.classroom.statements import BrokenCell, Statement, block_depth, statements_of
 
 __all__ = ["Cell", "answer_source", "parse_cells", "read_cells"]
 
 GIVEN = ("mcdenoise.filters.window", "mcdenoise.samples")  # what an answer may use of mcdenoise, also in grading
+DEEPEST = 18  # blocks inside each other
 MOST = 10_000  # steps from need to need; no sensible notebook comes near
 
 
@@ -69,17 +70,23 @@ def answer_source(cells: list[Cell], name: str) -> str:
     future = [one for one in statements if isinstance(one.node, ast.ImportFrom) and one.node.module == "__future__"]
     chosen = dict.fromkeys([*future, *(statements[k] for k in sorted(taken))])
     source = "\n".join(f"#@ line {one.line}\n{one.source}" for one in chosen)
+    _check_compiles(source, name)
+    return source
+
+
+def _check_compiles(source: str, name: str) -> None:
+    """Raise Finding for what only the compiler finds, such as a `break` outside a loop."""
     try:
+        if block_depth(parse(source)) > DEEPEST:  # CPython 3.12 and 3.13 crash on 21 blocks with comprehensions
+            raise RecursionError
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             compile(source, "<answer>", "exec", dont_inherit=True)
     except SyntaxError as error:
-        raise Finding(
-            f"`{name}` has a syntax error ({error.msg}) in {place_in_source(source, error.lineno or 1)}"
-        ) from None
+        place = place_in_source(source, error.lineno or 1)
+        raise Finding(f"`{name}` has a syntax error ({error.msg}) in {place}") from None
     except PARSE_ERRORS:
         raise Finding(f"`{name}` is nested too deeply for Python.") from None
-    return source
 
 
 @lru_cache(maxsize=4)  # one notebook is asked for many exercises

@@ -11,8 +11,10 @@ from string import Template
 
 from mcdenoise.classroom.exercise import Outcome
 from mcdenoise.classroom.results import ExerciseGrade, Grade
-from mcdenoise.classroom.sandbox import SENTENCES
 from mcdenoise.samples.storage import write_beside
+
+SANDBOXES = {"bwrap": "Graded in a sandbox (bubblewrap).", "fence": "Graded without a sandbox."}
+MARKS = {"good": "✓ holds", "bad": "✗ fails", "open": "○ open"}
 
 # How the words of the guard around a function begin; those of `assert_matches` begin with what was compared.
 GUARD_WORDS = re.compile(
@@ -55,7 +57,7 @@ def feedback_page(grade: Grade) -> str:
         of=f"{grade.of:g}",
         problem=problem,
         exercises="" if problem else "\n".join(_exercise(one) for one in grade.exercises),
-        sandbox=html.escape(SENTENCES.get(grade.sandbox, "")),
+        sandbox=SANDBOXES.get(grade.sandbox, ""),
     )
 
 
@@ -78,15 +80,14 @@ def _exercise(grade: ExerciseGrade) -> str:
 
 def _test(outcome: Outcome, alike: bool) -> str:
     """One line: passed or not, what holds, what is wrong."""
-    colour, word = (
-        ("good", "✓ holds") if outcome.passed else ("dim", "○ open") if outcome.unwritten else ("bad", "✗ fails")
-    )
+    state = "good" if outcome.passed else "open" if outcome.unwritten else "bad"
+    mark = f'<span class="mark {state}">{MARKS[state]}</span>'
     kind = ' <span class="dim">(hidden test)</span>' if outcome.hidden else ""
     said = "" if outcome.passed or alike else shown(outcome)
     what = f'<p class="what bad">{_words(said)}</p>' if said else ""
     points = f"{outcome.points if outcome.passed else 0:g} of {outcome.points:g}"
     sentence = _words(outcome.sentence)
-    return f'<li><span class="mark {colour}">{word}</span><div>{sentence}{kind}{what}</div><span class="points dim">{points}</span></li>'
+    return f'<li>{mark}<div>{sentence}{kind}{what}</div><span class="points dim">{points}</span></li>'
 
 
 def shown(outcome: Outcome) -> str:

@@ -18,6 +18,8 @@ from mcdenoise.classroom.remote import Budget, RemoteAnswer, turn
 from mcdenoise.classroom.results import ExerciseGrade, Grade
 from mcdenoise.classroom.sandbox import Limits, choose_sandbox
 
+MOST_LINES = 3000  # of code in one notebook; the chapters have about 300
+
 
 def grade_submission(
     name: str, content: bytes | str, suffix: str, tests: Path | Mapping[str, bytes], limits: Limits | None = None
@@ -67,9 +69,14 @@ def grade_files(
 
 
 def _read(name: str, content: bytes) -> list[Cell]:
-    if re.search(rb"^# %%.{2000}", content, re.MULTILINE):  # its metadata are searched for in quadratic time
+    """Read the cells; refuse what no student writes and what would take the grader long to read."""
+    if re.search(rb"^# %%.{2000}", content, re.MULTILINE):
         raise ValueError(f"{name} has a cell mark (# %%) of more than 2000 characters: shorten it.")
-    return parse_cells(content, Path(name).suffix, name)
+    cells = parse_cells(content, Path(name).suffix, name)
+    lines = sum(len(re.findall(r"[^\n;]+", cell.source)) for cell in cells if cell.kind == "code")
+    if lines > MOST_LINES:
+        raise ValueError(f"{name} has {lines} lines of code, the limit is {MOST_LINES}: hand in the exercises alone.")
+    return cells
 
 
 def _grade_exercise(

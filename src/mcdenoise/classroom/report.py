@@ -48,7 +48,9 @@ class Report:
         if all(one.unwritten for one in self.outcomes):
             return f"{self.outcomes[0].message} Fill in the cell of `{self.name}`, run it, and check again."
         right = sum(one.passed for one in self.outcomes)
-        return f"{right} of {len(self.outcomes)} tests hold." if len(self.outcomes) > 1 else "the test does not hold yet."
+        return (
+            f"{right} of {len(self.outcomes)} tests hold." if len(self.outcomes) > 1 else "the test does not hold yet."
+        )
 
     @property
     def _rows(self) -> list[tuple[Outcome, str]]:

@@ -81,7 +81,10 @@ class Grade:
             return self.problem
         missing = [exercise.exercise for exercise in self.exercises if exercise.unwritten]
         sandbox = "bubblewrap" if self.sandbox == "bwrap" else "no sandbox (fence only)"
-        return "; ".join([f"not written yet: {', '.join(missing)}"] * bool(missing) + [f"graded in: {sandbox}"])
+        unwritten = (
+            "nothing written yet" if len(missing) == len(self.exercises) else f"not written yet: {', '.join(missing)}"
+        )
+        return "; ".join([unwritten] * bool(missing) + [f"graded in: {sandbox}"])
 
 
 def grade_to_json(grade: Grade) -> str:

@@ -10,6 +10,7 @@ In both a process has limits on memory, processor time and files, and is killed 
 from __future__ import annotations
 
 import atexit
+import compileall
 import functools
 import os
 import shutil
@@ -27,7 +28,7 @@ import numpy as np
 SANDBOXES = ("auto", "bwrap", "fence")
 SENTENCES = {
     "bwrap": "Sandbox: bubblewrap; no network, no files but Python's and NumPy's, no other processes.",
-    "fence": "Sandbox: NONE, bubblewrap is missing or does not work here. A courtesy fence stops mistakes, not intent: "
+    "fence": "Sandbox: NONE, graded without bubblewrap. A courtesy fence stops mistakes, not intent: "
     "it can be climbed. Install bubblewrap to grade submissions that you do not trust.",
 }
 ENVIRONMENT = {
@@ -37,6 +38,7 @@ ENVIRONMENT = {
     "PYTHONHASHSEED": "0",
     **{f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB_MAXIMUM")},
 }
+SYSTEM = ("/usr/lib", "/usr/lib64", "/lib", "/lib64", "/etc/alternatives", "/etc/ld.so.cache")
 CHILD_FILES = ("child.py", "wire.py", "fence.py")
 GUARD_FILES = ("implementation.py", "finding.py", "describe.py")
 
@@ -49,7 +51,7 @@ class Limits:
     ----------
     seconds : wall time of one call of a function, and of running the cells that it needs; > 0.
     total_seconds : wall time of all calls of a submission together; once used up, what is left fails.
-    memory_mb : address space of the process in MB (Python with NumPy takes about 300).
+    memory_mb : address space of the process in MB (Python with NumPy takes about 300); macOS does not keep to it.
     sandbox : "auto" (bubblewrap where it works), "bwrap" or "fence".
 
     Raises
@@ -150,7 +152,7 @@ def bwrap_command(folder: Path) -> list[str]:
 def system_folders() -> list[Path]:
     """Return the folders that hold the interpreter's libraries, each folder before what lies inside it."""
     base = Path(sys.base_prefix).resolve()
-    candidates = {Path(place) for place in ("/usr/lib", "/usr/lib64", "/lib", "/lib64")}
+    candidates = {Path(place) for place in SYSTEM}
     candidates |= {base / "lib", Path(sysconfig.get_path("stdlib"))}
     found = sorted(place for place in candidates if place.exists())
     return [place for place in found if not any(place.is_relative_to(other) for other in found if other != place)]
@@ -190,6 +192,8 @@ def _make_home() -> Path:
     (guard / "__init__.py").touch()
     for name in GUARD_FILES:
         shutil.copyfile(Path(__file__).with_name(name), guard / name)
+    for place in (folder / "child", guard.parent):
+        compileall.compile_dir(place, quiet=2)  # once here, rather than in every process
     numpy = Path(np.__file__).resolve().parent
     for place in (numpy, numpy.with_name("numpy.libs")):
         if place.is_dir():

@@ -30,15 +30,26 @@ class Statement:
 
     Attributes
     ----------
-    node, source : the statement. cell : number of its cell. line : its first line in that cell.
+    node : the statement. text : source of its whole cell. cell : number of that cell. line : its first line in it.
     binds : the names that it binds, or of which it changes an element or attribute.
+    alone : no other statement stands on its lines.
     """
 
     node: ast.stmt
-    source: str
+    text: str
     cell: int
     line: int
     binds: frozenset[str]
+    alone: bool = True
+
+    @cached_property
+    def source(self) -> str:
+        """Its own source."""
+        if isinstance(self.node, ast.Import | ast.ImportFrom):
+            return ast.unparse(self.node)
+        if not self.alone:
+            return ast.get_source_segment(self.text, self.node)
+        return "\n".join(lines_of(self.text)[self.line - 1 : self.node.end_lineno])
 
     @property
     def kind(self) -> str:
@@ -127,19 +138,17 @@ def statements_of(cells: list[Cell]) -> tuple[list[Statement], list[tuple[Broken
 
 
 def _statements_of_cell(body: list[ast.stmt], source: str, number: int) -> list[Statement]:
-    lines, found = lines_of(source), []
+    found = []
     for k, node in enumerate(body):
         first = min([node.lineno, *(one.lineno for one in getattr(node, "decorator_list", []))])
-        shared = (k > 0 and body[k - 1].end_lineno == first) or (
-            k + 1 < len(body) and body[k + 1].lineno == node.end_lineno
-        )
-        text = ast.get_source_segment(source, node) if shared else "\n".join(lines[first - 1 : node.end_lineno])
         if isinstance(node, ast.Import | ast.ImportFrom):
             for alias in node.names:
                 one = type(node)(**{**dict(ast.iter_fields(node)), "names": [alias]})
-                found.append(Statement(one, ast.unparse(one), number, first, frozenset([_imported(alias)])))
+                found.append(Statement(one, source, number, first, frozenset([_imported(alias)])))
         else:
-            found.append(Statement(node, text, number, first, frozenset(_bound(node))))
+            shared = k > 0 and body[k - 1].end_lineno == first
+            shared = shared or (k + 1 < len(body) and body[k + 1].lineno == node.end_lineno)
+            found.append(Statement(node, source, number, first, frozenset(_bound(node)), not shared))
     return found
 
 
@@ -176,3 +185,30 @@ def _root(node: ast.expr) -> ast.expr:
 def _targets(node: ast.stmt) -> list[ast.Name]:
     target = _root(node.target) if isinstance(node, ast.AugAssign) else None
     return [target] if isinstance(target, ast.Name) else []
+
+
+def block_depth(tree: ast.AST) -> int:
+    """Return how many functions, comprehensions and blocks stand inside each other, as the compiler counts or more.
+
+    Examples
+    --------
+    >>> block_depth(parse("def f():\\n  for k in range(3):\\n    return [x for x in (lambda: ())()]"))
+    4
+    """
+    deepest, rest = 0, [(tree, 0)]
+    while rest:
+        node, depth = rest.pop()
+        depth += _blocks(node)
+        deepest = max(deepest, depth)
+        rest.extend((child, depth) for child in ast.iter_child_nodes(node))
+    return deepest
+
+
+def _blocks(node: ast.AST) -> int:
+    if isinstance(node, ast.With | ast.AsyncWith):
+        return len(node.items)
+    if isinstance(node, ast.Try | ast.TryStar):
+        return 3  # finally, handler and its name
+    if isinstance(node, ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp):
+        return len(node.generators)
+    return isinstance(node, (*_DEFINITIONS, ast.Lambda, ast.For, ast.AsyncFor, ast.While))

@@ -10,6 +10,7 @@ import numpy as np
 import PIL.Image
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from mcdenoise.samples.gate import check_float_array, check_image, check_same_size
@@ -17,6 +18,7 @@ from mcdenoise.study.display import tone_map
 
 NOT_FINITE = (0.9, 0.0, 0.9)  # magenta: no tone-mapped radiance of ours looks like it
 DIFFERENCE_COLOURS = "RdBu_r"  # blue too low, red too high: told apart with any colour vision
+SAME = 1e-7  # of the target's largest value: what rounding makes is no difference
 
 
 class Picture(Figure):
@@ -65,7 +67,8 @@ def show_images(images: Mapping[str, object], *, title: str = "", columns: int =
     shown = {name: displayed(image, f"image {name!r}") for name, image in images.items()}
     columns = min(columns, len(shown))
     rows = -(-len(shown) // columns)
-    figure = Picture(figsize=(max(3.2 * columns, 4.0), 3.5 * rows + 0.3), layout="constrained")
+    tallest = max(_aspect(image) for image in shown.values())
+    figure = Picture(figsize=(max(3.2 * columns, 4.0), (3.2 * tallest + 0.35) * rows + 0.3), layout="constrained")
     if title:
         figure.suptitle(textwrap.fill(title, 32 * columns))
     grid = figure.subplots(rows, columns, squeeze=False).flat
@@ -110,25 +113,25 @@ def show_difference(yours: object, target: object, *, title: str = "") -> Figure
     display = displayed(np.nan_to_num(yours, nan=0, posinf=0, neginf=0), "yours")
     display[~finite] = NOT_FINITE
     difference = (yours.astype(float) - target).reshape(*yours.shape[:2], -1).mean(axis=-1)
-    figure = Picture(figsize=(10.2, 3.7), layout="constrained")
+    figure = Picture(figsize=(10.2, 3.0 * _aspect(display) + 0.8), layout="constrained")
     if title:
         figure.suptitle(textwrap.fill(title, 100))
     left, middle, right = figure.subplots(1, 3)
     broken = "" if finite.all() else f"\n{int((~finite).sum())} pixels not finite (magenta)"
     _draw(left, display, f"yours{broken}")
     _draw(middle, displayed(target, "target"), "target")
-    bound = max(float(np.abs(difference[finite]).max(initial=0.0)), 1e-9)
+    largest = float(np.abs(difference[finite]).max(initial=0.0))
+    same = largest <= SAME * max(float(np.abs(target).max()), SAME)
     right.set_facecolor(NOT_FINITE)
     scale = right.imshow(
         np.ma.array(difference, mask=~finite),
         cmap=DIFFERENCE_COLOURS,
-        vmin=-bound,
-        vmax=bound,
+        norm=Normalize(*((-1, 1) if same else (-largest, largest))),
         interpolation="nearest",
     )
     right.set(xticks=[], yticks=[])
-    right.set_title("yours - target", fontsize=10)
-    figure.colorbar(scale, ax=right, label="radiance: too low (blue), too high (red)", shrink=0.9)
+    right.set_title("yours - target" + (": no difference" if same else ""), fontsize=10)
+    figure.colorbar(scale, ax=right).set_label("radiance\nblue: too low, red: too high", fontsize=8)
     return figure
 
 
@@ -153,6 +156,11 @@ def displayed(image: object, name: str) -> np.ndarray:
             f"image[..., 0]."
         )
     return np.repeat(tone_map(array), 3 // array.shape[-1], axis=-1)
+
+
+def _aspect(display: np.ndarray) -> float:
+    """Return height / width of an image, within what makes a readable figure."""
+    return float(np.clip(display.shape[0] / display.shape[1], 0.4, 2.0))
 
 
 def indexed_png(figure: Figure, dots: int) -> bytes:

@@ -2,7 +2,7 @@
 
 All frames stand in the fragment as PNGs and all but one are not displayed; the range input's own handler shows another.
 No ids, no script element, no network: any number of sliders can stand on one page, and without JavaScript (or on paper)
-the frame of `start` is seen.
+the frame of `start` is seen. The attribute data-lm-suppress-shortcuts keeps JupyterLab from taking the arrow keys away.
 """
 
 from __future__ import annotations
@@ -134,6 +134,7 @@ def _fragment(sources: list[tuple[str, int, str]], labels: list[str], title: str
     lines.append(
         '<label style="display:flex;flex-wrap:wrap;align-items:center;gap:.3em 1em;margin-top:.4em">'
         f'<input type="range" min="0" max="{len(labels) - 1}" step="1" value="{first}" autocomplete="off" '
+        'data-lm-suppress-shortcuts="true" '
         f'aria-valuetext="{html.escape(labels[first])}" style="flex:1 1 12em;min-width:0" oninput="{_MOVE}">'
         f'<output style="min-width:12em;font-variant-numeric:tabular-nums">{html.escape(labels[first])}</output></label>'
     )

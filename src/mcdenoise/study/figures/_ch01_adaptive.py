@@ -24,14 +24,13 @@ SHOWN = (14, 50)  # pixels of the scanline in the figure
 EPSILON = 0.01  # that of relMSE: both ways are after the relative error
 
 
-def look_up(x: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """Return the radiance (n, 3) of the light field at x (pixels) and u."""
-    rows, columns = (np.asarray(u) * VIEWS).astype(int), (np.asarray(x) * FINER).astype(int)
-    return scanline().radiance[rows, columns]
+def look_up(radiance: np.ndarray, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Return the radiance (n, 3) of a light field (VIEWS, PIXELS * FINER, 3) at x (pixels) and u."""
+    return radiance[(np.asarray(u) * VIEWS).astype(int), (np.asarray(x) * FINER).astype(int)]
 
 
 def image_space(
-    rng: np.random.Generator, spp: int, *, adaptive: bool = True
+    radiance: np.ndarray, spp: int, rng: np.random.Generator, *, adaptive: bool = True
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Share the samples among pixels by the spread of pilot samples, u at random; returns x, u and the scanline
     (PIXELS, 3).
@@ -43,7 +42,7 @@ def image_space(
     pilot = spp // 2
     pilot_x = np.arange(PIXELS)[:, np.newaxis] + rng.random((PIXELS, pilot))
     pilot_u = rng.random((PIXELS, pilot))
-    values = look_up(pilot_x, pilot_u)
+    values = look_up(radiance, pilot_x, pilot_u)
     spread = (values.std(axis=1) / np.sqrt(values.mean(axis=1) ** 2 + EPSILON)).mean(axis=1)
     rest = spp * PIXELS - pilot_x.size
     share = spread / spread.sum() if adaptive else np.full(PIXELS, 1 / PIXELS)
@@ -53,7 +52,7 @@ def image_space(
     x = np.concatenate([pilot_x.ravel(), pixel + rng.random(rest)])
     u = np.concatenate([pilot_u.ravel(), rng.random(rest)])
     total = np.zeros((PIXELS, 3))
-    np.add.at(total, x.astype(int), look_up(x, u))
+    np.add.at(total, x.astype(int), look_up(radiance, x, u))
     return x, u, total / (pilot + counts)[:, np.newaxis]
 
 
@@ -72,11 +71,11 @@ class Cell:
         contrast = np.abs(values - values.mean(axis=0)).mean() / np.sqrt(values.mean() ** 2 + EPSILON)
         return float(np.prod(self.high - self.low) * (contrast + 0.01))
 
-    def add(self, rng: np.random.Generator) -> None:
-        """Take one sample, at random inside the cell."""
+    def add(self, radiance: np.ndarray, rng: np.random.Generator) -> None:
+        """Take one sample of a light field, at random inside the cell."""
         place = self.low + rng.random(2) * (self.high - self.low)
         self.places.append(place)
-        self.radiance.append(look_up(*place))
+        self.radiance.append(look_up(radiance, *place))
 
     def halves(self) -> tuple[Cell, Cell]:
         """Cut the cell across its longer side; each half keeps its samples."""
@@ -92,17 +91,17 @@ class Cell:
         return halves
 
 
-def grow_cells(rng: np.random.Generator, spp: int) -> list[Cell]:
+def grow_cells(radiance: np.ndarray, spp: int, rng: np.random.Generator) -> list[Cell]:
     """Put each next sample into the cell of (x, u) that errs most, and cut cells that are full; they start as pixels."""
     cells = [Cell(np.array([float(x), 0.0]), np.array([x + 1.0, 1.0])) for x in range(PIXELS)]
     for cell in cells:
         for _ in range(FIRST):
-            cell.add(rng)
+            cell.add(radiance, rng)
     priorities = [cell.priority() for cell in cells]
     for _ in range((spp - FIRST) * PIXELS):
         worst = int(np.argmax(priorities))
         cell = cells[worst]
-        cell.add(rng)
+        cell.add(radiance, rng)
         halves = cell.halves()
         if len(cell.places) >= LEAF and all(len(half.places) >= LEAST for half in halves):
             cells[worst] = halves[0]
@@ -120,49 +119,55 @@ def integrate(cells: list[Cell]) -> np.ndarray:
     return row
 
 
+def mean_errors(radiance: np.ndarray, spp: int) -> dict[str, tuple[float, float]]:
+    """Return the relMSE of the scanline that each way gives, and its standard error, over `SEEDS` runs."""
+    truth = pixel_row(radiance)[np.newaxis]
+    ways = {
+        "uniform": lambda rng: image_space(radiance, spp, rng, adaptive=False)[2],
+        "image_space": lambda rng: image_space(radiance, spp, rng)[2],
+        "multidimensional": lambda rng: integrate(grow_cells(radiance, spp, rng)),
+    }
+    found = {}
+    for name, way in ways.items():
+        errors = [relmse(way(np.random.default_rng([seed, spp]))[np.newaxis], truth) for seed in range(SEEDS)]
+        found[name] = float(np.mean(errors)), float(np.std(errors, ddof=1) / np.sqrt(SEEDS))
+    return found
+
+
 def make_adaptive() -> tuple[Figure, dict[str, float]]:
     """Show where the same number of samples goes: by pixel, and by cell of the light field; and what it brings."""
-    truth = pixel_row(scanline().radiance)
-    ways = {
-        "uniform": lambda rng, spp: image_space(rng, spp, adaptive=False)[2],
-        "image_space": lambda rng, spp: image_space(rng, spp)[2],
-        "multidimensional": lambda rng, spp: integrate(grow_cells(rng, spp)),
-    }
+    radiance = scanline().radiance
     numbers: dict[str, float] = {"seeds": SEEDS}
     for spp in BUDGETS:
-        for name, way in ways.items():
-            rows = [way(np.random.default_rng([seed, spp]), spp) for seed in range(SEEDS)]
-            errors = [relmse(row[np.newaxis], truth[np.newaxis]) for row in rows]
-            numbers[f"{name}_{spp}"] = float(np.mean(errors))
-            numbers[f"{name}_{spp}_se"] = float(np.std(errors, ddof=1) / np.sqrt(SEEDS))
-    spp = BUDGETS[-1]
+        for name, (error, standard_error) in mean_errors(radiance, spp).items():
+            numbers |= {f"{name}_{spp}": error, f"{name}_{spp}_se": standard_error}
+    # one sample of the light in each cell of the field: its noise is left in
+    numbers |= {f"{name}_{spp}_noisy": error for name, (error, _) in mean_errors(scanline(spp=1).radiance, spp).items()}
+    return _draw(radiance, spp, numbers), numbers
+
+
+def _draw(radiance: np.ndarray, spp: int, numbers: dict[str, float]) -> Figure:
+    """One run of both adaptive ways over the pale light field, and how many samples each pixel got."""
     figure = Figure(figsize=(7.6, 6), layout="constrained")
     above, middle, below = figure.subplots(3, 1, sharex=True, height_ratios=(3, 3, 1.6))
-    x, u, _ = image_space(np.random.default_rng([0, spp]), spp)
-    cells = grow_cells(np.random.default_rng([0, spp]), spp)
+    x, u, _ = image_space(radiance, spp, np.random.default_rng([0, spp]))
+    cells = grow_cells(radiance, spp, np.random.default_rng([0, spp]))
     where = np.concatenate([cell.places for cell in cells])
-    middle.add_collection(
-        PatchCollection(
-            [Rectangle(cell.low, *(cell.high - cell.low)) for cell in cells],
-            facecolor="none",
-            edgecolor=COLOURS[1],
-            linewidth=0.5,
-        )
-    )
+    boxes = [Rectangle(cell.low, *(cell.high - cell.low)) for cell in cells]
+    middle.add_collection(PatchCollection(boxes, facecolor="none", edgecolor=COLOURS[1], linewidth=0.5))
+    pale = 0.5 + 0.5 * tone_map(radiance)
     for axes, places, name, title, colour in (
         (above, (x, u), "image_space", "image space: by the spread inside each pixel", COLOURS[0]),
         (middle, where.T, "multidimensional", "multidimensional: by the contrast inside each cell", COLOURS[1]),
     ):
-        pale = 0.5 + 0.5 * tone_map(scanline().radiance)
         axes.imshow(pale, aspect="auto", origin="lower", extent=(0, PIXELS, 0, 1), interpolation="nearest")
         axes.plot(*places, ".", color="black", markersize=2.5)
         axes.set(ylabel="lens u", ylim=(0, 1), title=f"{title}; relMSE {numbers[f'{name}_{spp}']:.4f}")
         counts = np.bincount(places[0].astype(int), minlength=PIXELS)
         below.step(np.arange(PIXELS) + 0.5, counts, where="mid", color=colour, label=name.replace("_", " "))
-    below.axhline(
-        spp, color="black", linewidth=1, linestyle=":", label=f"uniform: relMSE {numbers[f'uniform_{spp}']:.4f}"
-    )
+    label = f"uniform: relMSE {numbers[f'uniform_{spp}']:.4f}"
+    below.axhline(spp, color="black", linewidth=1, linestyle=":", label=label)
     below.set(xlabel="screen x (pixels)", ylabel="spp", xlim=SHOWN, title="samples in each pixel")
     below.legend(frameon=False, fontsize=9, ncols=3, loc="upper center")
     below.set_ylim(0, 1.45 * below.get_ylim()[1])
-    return figure, numbers
+    return figure

@@ -26,8 +26,8 @@ def share_left(sigma_space: float, radius: int) -> float:
 
     Examples
     --------
-    >>> round(share_left(2.0, 6) * 4 * np.pi * 2.0**2, 2)
-    1.01
+    >>> round(share_left(2.0, 12) * 4 * np.pi * 2.0**2, 6)
+    1.0
     """
     line = bell(np.arange(-radius, radius + 1)[:, np.newaxis], sigma_space)
     return float((np.sum(line**2) / np.sum(line) ** 2) ** 2)
@@ -48,7 +48,7 @@ def measured_share(sigma_space: float, seed: int = 0) -> tuple[float, float]:
 
 def make_noise_left() -> tuple[Figure, dict]:
     """Chart the variance that is left of white noise, and show the noise itself."""
-    figure = Figure(figsize=(10.5, 4.4), layout="constrained")
+    figure = Figure(figsize=(8.8, 3.8), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.1, 1))
     fine = np.geomspace(0.3, 4.5, 60)
     measured = [measured_share(sigma) for sigma in NOISE_SIGMAS]

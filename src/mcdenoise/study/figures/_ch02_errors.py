@@ -45,7 +45,7 @@ def plain_log(axes: Axes, *, subs: tuple[float, ...] = (1, 2, 5)) -> None:
 
 def make_error_sigma() -> tuple[Figure, dict]:
     """Chart relMSE over sigma_space with its two parts, on the five scenes at 8 spp; minima marked."""
-    figure = Figure(figsize=(10, 5.6), layout="constrained")
+    figure = Figure(figsize=(8.6, 5.2), layout="constrained")
     grid = figure.subplots(2, 3, sharex=True, sharey=True)
     numbers = {"spp": 8}
     for axes, scene in zip(grid.flat, SCENES, strict=False):
@@ -76,7 +76,7 @@ def make_error_sigma() -> tuple[Figure, dict]:
 
 def make_best_sigma() -> tuple[Figure, dict]:
     """Chart how the curve and its minimum move when there are more samples."""
-    figure = Figure(figsize=(10, 4.2), layout="constrained")
+    figure = Figure(figsize=(8.8, 3.9), layout="constrained")
     left, right = figure.subplots(1, 2)
     for spp, colour in zip(SPP, COLOURS, strict=False):
         total, (best, least) = curves_of("dof", spp)[0], best_of("dof", spp)

@@ -35,7 +35,7 @@ def impulse_response(sigma_space: float, size: int = 61) -> np.ndarray:
 
 def make_impulse() -> tuple[Figure, dict]:
     """Show the response to one bright pixel, its cut against the closed form, and two filters in a row."""
-    figure = Figure(figsize=(11.5, 3.8), layout="constrained")
+    figure = Figure(figsize=(10, 3.4), layout="constrained")
     plane, cut, row = figure.subplots(1, 3)
     x, fine = np.arange(61) - 30, np.linspace(-10, 10, 201)
     wide = impulse_response(2.0)
@@ -51,7 +51,7 @@ def make_impulse() -> tuple[Figure, dict]:
     twice = gaussian(impulse_response(1.5), sigma_space=2.0, radius=12, engine="numpy")
     row.plot(fine, lecture_bell(fine, 2.5), color=COLOURS[3], label="closed form, sigma 2.5")
     row.plot(x, twice[30], "o", color=COLOURS[3], markersize=4, label="sigma 1.5, then sigma 2")
-    row.set_title("two in a row are one: 1.5² + 2² = 2.5²", fontsize=10)
+    row.set_title("two in a row: 1.5² + 2² = 2.5²", fontsize=10)
     row.legend(frameon=False, loc="upper center")
     for axes, top in ((cut, 0.18), (row, 0.034)):
         axes.set(xlabel="x (pixels)", xlim=(-10, 10), ylim=(0, top))
@@ -123,7 +123,7 @@ def make_frequency() -> tuple[Figure, dict]:
     """Show what the filter leaves of each frequency: a zone plate before and after, and the response."""
     y, x = np.mgrid[-48:49, -48:49]
     plate = 0.5 + 0.5 * np.cos(0.45 * np.pi * (x**2 + y**2) / 48)
-    figure = Figure(figsize=(10.5, 3.7), layout="constrained")
+    figure = Figure(figsize=(9.2, 3.3), layout="constrained")
     before, after, chart = figure.subplots(1, 3)
     shown = {"rings, finer and finer": plate, "the same after sigma 2": gaussian(plate, sigma_space=2.0)}
     for axes, (name, image) in zip((before, after), shown.items(), strict=True):
@@ -162,7 +162,7 @@ def make_borders() -> tuple[Figure, dict]:
     """Show what three treatments of the border do to a flat image and to a render, and the closed form of norm."""
     sigma, radius, corner = BORDER_SIGMA, int(np.ceil(3 * BORDER_SIGMA)), slice(80, None)
     flat, noisy, target = np.full((128, 128, 3), 0.5), renders("dof", 8)[0], reference("dof")
-    figure = Figure(figsize=(10, 5.2), layout="constrained")
+    figure = Figure(figsize=(9, 4.7), layout="constrained")
     grid = figure.subplots(2, 4, width_ratios=(1, 1, 1, 1.35))
     band, numbers = np.ones((128, 128), bool), {}
     band[radius:-radius, radius:-radius] = False
@@ -175,7 +175,7 @@ def make_borders() -> tuple[Figure, dict]:
         column[0].imshow(tone_map(even[corner, corner]), interpolation="nearest")
         column[0].set_title(name, fontsize=10)
         column[1].imshow(tone_map(renderings[name][corner, corner]), interpolation="nearest")
-        column[1].set_title(f"relMSE along the border: {numbers[f'band_{short}']:.4f}", fontsize=9)
+        column[1].set_title(f"relMSE along the border: {numbers[f'band_{short}']:.4f}", fontsize=8)
         for axes in column:
             axes.set(xticks=[], yticks=[])
     for axes, name in zip(grid[:, 0], ("flat grey, a corner", "dof, the same corner"), strict=True):
