@@ -1,15 +1,14 @@
 """What belongs together over the chapters: the pages list what the notebooks ask for, and the plan adds up."""
 
+import inspect
 import re
-from pathlib import Path
 
 import pytest
 
-from mcdenoise.classroom.exercise import load_tests
+from answers import EXERCISES, ROOT, failures, reference
+from mcdenoise.classroom.exercise import as_impl, run_test
 
-ROOT = Path(__file__).resolve().parents[1]
 CHAPTERS = sorted(path.stem for path in (ROOT / "notebooks").glob("ch*.py"))
-EXERCISES = load_tests(ROOT / "tests" / "exercises")
 KINDS = {"write", "predict", "break"}
 
 
@@ -44,3 +43,17 @@ def test_every_exercise_is_asked_for_and_checked_in_its_notebook(name):
 def test_hidden_tests_are_worth_less_than_public_ones(name):
     hidden = sum(test.graded.points for test in EXERCISES[name].tests if test.graded.hidden)
     assert hidden < EXERCISES[name].points / 2 + 1e-9
+
+
+@pytest.mark.parametrize("name", EXERCISES)
+def test_the_reference_earns_every_point(name):
+    assert failures(name, reference(name), hidden=False) == failures(name, reference(name), hidden=True) == []
+
+
+@pytest.mark.parametrize("name", EXERCISES)
+def test_an_empty_answer_is_said_to_be_empty(name):
+    def empty(*arguments):
+        raise NotImplementedError(f"{name} is not written yet")
+
+    impl = as_impl(name, empty if inspect.isfunction(reference(name)) else None)
+    assert all(run_test(test, impl).unwritten for test in EXERCISES[name].tests)

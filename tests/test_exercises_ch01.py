@@ -1,54 +1,17 @@
 """The tests of the exercises of chapter 01: the reference passes all; each typical slip fails a public one, in fitting words."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import mcdenoise as mcd
-from mcdenoise.classroom.exercise import as_impl, load_tests, run_test
-from mcdenoise.classroom.pytest_plugin import load_answer
+from answers import failures, picture, reference
 
 pytestmark = pytest.mark.ch01
-
-ROOT = Path(__file__).parents[1]
-EXERCISES = load_tests(ROOT / "tests" / "exercises" / "test_ch01.py")
-POINTS = {
-    "variance_of_mean": 3,
-    "relmse": 3,
-    "spp_needed": 2,
-    "firefly": 2,
-    "light_field_slope": 2,
-    "crossing_samples": 2,
-    "refocus": 3,
-}
-
-
-def outcomes(name, answer, *, hidden):
-    """The messages of the failing tests of an exercise."""
-    impl = as_impl(name, answer)
-    results = [run_test(test, impl) for test in EXERCISES[name].tests if test.graded.hidden == hidden]
-    return [result.message for result in results if not result.passed]
-
-
-def reference(name):
-    return load_answer(ROOT / "notebooks" / "ch01_noise.py", name)
-
-
-@pytest.mark.parametrize("name", POINTS)
-def test_reference_passes_every_test(name):
-    assert outcomes(name, reference(name), hidden=False) == []
-    assert outcomes(name, reference(name), hidden=True) == []
-
-
-def test_points():
-    assert {name: exercise.points for name, exercise in EXERCISES.items()} == POINTS
 
 
 @pytest.mark.parametrize(("name", "shape"), [("variance_of_mean", (32, 48)), ("refocus", (12, 40, 3))])
 def test_picture_of_the_reference_is_the_target(name, shape):
-    (draw,) = EXERCISES[name].pictures
-    yours, target = draw(as_impl(name, reference(name)))
+    yours, target = picture(name)
     assert yours.shape == target.shape == shape
     np.testing.assert_allclose(yours, target, rtol=1e-9)
 
@@ -174,12 +137,12 @@ FUNCTIONS = [
 
 @pytest.mark.parametrize(("name", "slip", "answer", "words"), FUNCTIONS, ids=lambda value: str(value)[:24])
 def test_slips_fail_a_public_test_in_fitting_words(name, slip, answer, words):
-    messages = outcomes(name, answer, hidden=False)
+    messages = failures(name, answer, hidden=False)
     assert any(words in message for message in messages), messages
 
 
 def test_the_shear_above_is_right_without_a_slip():
-    assert outcomes("refocus", shear, hidden=False) == outcomes("refocus", shear, hidden=True) == []
+    assert failures("refocus", shear, hidden=False) == failures("refocus", shear, hidden=True) == []
 
 
 @pytest.mark.parametrize(
@@ -206,18 +169,18 @@ def test_the_shear_above_is_right_without_a_slip():
     ],
 )
 def test_wrong_values_get_a_hint(name, value, words):
-    messages = outcomes(name, value, hidden=False)
+    messages = failures(name, value, hidden=False)
     assert any(words in message for message in messages), messages
 
 
 @pytest.mark.parametrize("value", [(64, 32), [64, 32], np.array([64.0, 32.0])])
 def test_right_predictions_pass_in_any_form(value):
-    assert outcomes("spp_needed", value, hidden=False) == []
+    assert failures("spp_needed", value, hidden=False) == []
 
 
 @pytest.mark.parametrize("value", [[[31, 0.5, 8], [31.5, 0.5, 4]], ((50, 0.0, 9.0), (51, 0.0, 4.5))])
 def test_crossing_samples_of_other_places(value):
-    messages = outcomes("crossing_samples", value, hidden=False)
+    messages = failures("crossing_samples", value, hidden=False)
     slopes = [2 * 0.22 * 39.5 * (5.3 / depth - 1) for _, _, depth in value]
     starts = [x - slope * u for (x, u, _), slope in zip(value, slopes, strict=True)]
     crosses = 0 < (starts[0] - starts[1]) / (slopes[1] - slopes[0]) < 1
@@ -238,5 +201,5 @@ def test_crossing_samples_of_other_places(value):
     ],
 )
 def test_answers_made_for_the_public_tests_fail_a_hidden_one(name, answer):
-    assert outcomes(name, answer, hidden=False) == []
-    assert outcomes(name, answer, hidden=True) != []
+    assert failures(name, answer, hidden=False) == []
+    assert failures(name, answer, hidden=True) != []

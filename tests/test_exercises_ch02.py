@@ -1,53 +1,16 @@
 """The tests of the exercises of chapter 02: the reference passes all; each typical slip fails a public one, in fitting words."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from mcdenoise.classroom.exercise import as_impl, load_tests, run_test
-from mcdenoise.classroom.pytest_plugin import load_answer
+from answers import failures, picture, reference
 
 pytestmark = pytest.mark.ch02
-
-ROOT = Path(__file__).parents[1]
-EXERCISES = load_tests(ROOT / "tests" / "exercises" / "test_ch02.py")
-POINTS = {
-    "gaussian_weights": 2,
-    "gaussian_sums": 3,
-    "predicted_noise": 1,
-    "gaussian_rows": 3,
-    "predicted_order": 1,
-    "hard_image": 2,
-    "stubborn_noise": 2,
-}
-
-
-def outcomes(name, answer, *, hidden):
-    """The messages of the failing tests of an exercise."""
-    impl = as_impl(name, answer)
-    results = [run_test(test, impl) for test in EXERCISES[name].tests if test.graded.hidden == hidden]
-    return [result.message for result in results if not result.passed]
-
-
-def reference(name):
-    return load_answer(ROOT / "notebooks" / "ch02_gaussian.py", name)
-
-
-@pytest.mark.parametrize("name", POINTS)
-def test_reference_passes_every_test(name):
-    assert outcomes(name, reference(name), hidden=False) == []
-    assert outcomes(name, reference(name), hidden=True) == []
-
-
-def test_points():
-    assert {name: exercise.points for name, exercise in EXERCISES.items()} == POINTS
 
 
 @pytest.mark.parametrize("name", ["gaussian_sums", "gaussian_rows"])
 def test_picture_of_the_reference_is_the_target(name):
-    (draw,) = EXERCISES[name].pictures
-    yours, target = draw(as_impl(name, reference(name)))
+    yours, target = picture(name)
     assert yours.shape == target.shape == (48, 64, 3)
     np.testing.assert_allclose(yours, target, rtol=1e-12)
 
@@ -218,14 +181,14 @@ FUNCTIONS = [
 
 @pytest.mark.parametrize(("name", "slip", "answer", "words"), FUNCTIONS, ids=lambda value: str(value)[:24])
 def test_slips_fail_a_public_test_in_fitting_words(name, slip, answer, words):
-    messages = outcomes(name, answer, hidden=False)
+    messages = failures(name, answer, hidden=False)
     assert any(words in message for message in messages), messages
 
 
 @pytest.mark.parametrize("name", ["gaussian_sums", "gaussian_rows"])
 def test_the_loops_above_are_right_without_a_slip(name):
     answer = sums(rows_only=name == "gaussian_rows")
-    assert outcomes(name, answer, hidden=False) == outcomes(name, answer, hidden=True) == []
+    assert failures(name, answer, hidden=False) == failures(name, answer, hidden=True) == []
 
 
 @pytest.mark.parametrize(
@@ -249,7 +212,7 @@ def test_the_loops_above_are_right_without_a_slip(name):
     ],
 )
 def test_wrong_predictions_get_a_hint(name, value, words):
-    (message,) = outcomes(name, value, hidden=False)
+    (message,) = failures(name, value, hidden=False)
     assert words in message
 
 
@@ -281,7 +244,7 @@ def white(height, width, seed=0):
     ],
 )
 def test_images_that_break_nothing_get_a_hint(name, answer, words):
-    messages = outcomes(name, answer, hidden=False)
+    messages = failures(name, answer, hidden=False)
     assert any(words in message for message in messages), messages
 
 
@@ -294,8 +257,8 @@ def test_images_that_break_nothing_get_a_hint(name, answer, words):
     ],
 )
 def test_answers_made_for_the_public_tests_fail_a_hidden_one(name, answer):
-    assert outcomes(name, answer, hidden=False) == []
-    assert outcomes(name, answer, hidden=True) != []
+    assert failures(name, answer, hidden=False) == []
+    assert failures(name, answer, hidden=True) != []
 
 
 def test_a_window_larger_than_the_image_is_tested_hidden():
@@ -304,6 +267,6 @@ def test_a_window_larger_than_the_image_is_tested_hidden():
             raise IndexError("window larger than the image")
         return sums()(image, sigma_space, radius)
 
-    assert outcomes("gaussian_sums", no_clip, hidden=False) == []
-    (message,) = outcomes("gaussian_sums", no_clip, hidden=True)
+    assert failures("gaussian_sums", no_clip, hidden=False) == []
+    (message,) = failures("gaussian_sums", no_clip, hidden=True)
     assert "IndexError" in message

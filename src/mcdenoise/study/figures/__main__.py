@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
@@ -74,27 +75,31 @@ def make(chapter: str, folder: Path, names: Sequence[str] | None = None) -> list
 def rounded(value: object, name: str) -> object:
     """Return numbers as JSON holds them and text quotes them: floats with four significant digits, in dicts and lists.
 
+    Infinity, which JSON cannot hold, becomes the word.
+
     Raises
     ------
     ValueError
-        For NaN, infinity, or what is no number, text, dict or list.
+        For NaN, or what is no number, text, dict or list.
 
     Examples
     --------
     >>> rounded({"peak": 0.0176843, "spp": 8}, "ch02.impulse")
     {'peak': 0.01768, 'spp': 8}
+    >>> rounded(math.inf, "ch03.guide")
+    'infinity'
     """
     if isinstance(value, Mapping):
         return {str(key): rounded(inner, f"{name}.{key}") for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
+    if isinstance(value, (list, tuple, np.ndarray)):
         return [rounded(inner, name) for inner in value]
     if isinstance(value, (bool, str)):
         return value
     if isinstance(value, numbers.Integral):
         return int(value)
-    if isinstance(value, numbers.Real) and math.isfinite(value):
-        return float(f"{float(value):.{DIGITS}g}")
-    raise ValueError(f"{name} must be a finite number, text, or a dict or list of those, got {value!r}.")
+    if isinstance(value, numbers.Real) and not math.isnan(value):
+        return "infinity" if math.isinf(value) else float(f"{float(value):.{DIGITS}g}")
+    raise ValueError(f"{name} must be a number, text, or a dict or list of those, got {value!r}.")
 
 
 def _save(picture: Figure | Slider, stem: Path) -> Path:

@@ -20,7 +20,7 @@ from mcdenoise.render.toyscene import ToyScene
 from mcdenoise.samples import pixel_mean
 from mcdenoise.study.display import tone_map
 from mcdenoise.study.figures import _ch01_lens as lens
-from mcdenoise.study.figures._ch02_data import reference
+from mcdenoise.study.figures._references import reference
 from mcdenoise.study.slider import Slider, slider
 
 PIXELS = 128  # width of the image that the scanline belongs to

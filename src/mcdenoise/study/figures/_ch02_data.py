@@ -3,24 +3,17 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
 from mcdenoise.filters import gaussian
 from mcdenoise.metrics import relmse
-from mcdenoise.render import capture, read_exr
+from mcdenoise.render import capture
+from mcdenoise.study.figures._references import reference
 
 SCENES = ("pinhole", "soft_shadow", "motion", "dof", "glossy")
 SIZE = 128
 MOST_SPP = 32
-REFERENCES = Path(__file__).resolve().parents[4] / "notebooks" / "data"
-
-
-@cache
-def reference(scene: str) -> np.ndarray:
-    """Return the shipped reference of a scene (128, 128, 3), 4096 spp."""
-    return read_exr(REFERENCES / f"{scene}.exr")
 
 
 @cache

@@ -13,7 +13,8 @@ from mcdenoise.filters import gaussian
 from mcdenoise.metrics import relmse, relmse_map
 from mcdenoise.study.charts import COLOURS, GREY, MARKERS
 from mcdenoise.study.display import error_colours, error_scale, tone_map
-from mcdenoise.study.figures._ch02_data import SCENES, error_curves, reference, renders, unfiltered_error
+from mcdenoise.study.figures._ch02_data import SCENES, error_curves, renders, unfiltered_error
+from mcdenoise.study.figures._references import reference
 
 SIGMAS = np.geomspace(0.25, 4, 41)
 SPP = (2, 8, 32)

@@ -5,27 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from functools import cache
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from mcdenoise.filters import bilateral, gaussian
 from mcdenoise.metrics import relmse
-from mcdenoise.render import read_exr, render_image
+from mcdenoise.render import render_image
 from mcdenoise.study.display import tone_map
+from mcdenoise.study.figures._references import reference
 
-DATA = Path(__file__).resolve().parents[4] / "notebooks" / "data"
 SIZE = 128
 SPACES = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0)  # sigma_space that are tried, in pixels
 RADIANCES = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, np.inf)  # sigma_radiance that are tried
 GAUSSIAN, BILATERAL, ORACLE, NOISY, REFERENCE = "#4477AA", "#EE6677", "#228833", "#BBBBBB", "#222222"
-
-
-@cache
-def reference(scene: str) -> np.ndarray:
-    """The shipped reference of a scene: 4096 spp."""
-    return read_exr(DATA / f"{scene}.exr")
 
 
 @cache
@@ -56,14 +49,3 @@ def picture(axes: Axes, image: np.ndarray, title: str = "") -> None:
     axes.imshow(tone_map(image), cmap="gray", vmin=0, vmax=1, interpolation="nearest")
     axes.set(xticks=[], yticks=[])
     axes.set_title(title, fontsize=10)
-
-
-def rounded(numbers: object) -> object:
-    """The same numbers as plain floats with 4 significant digits, infinity as a word; dicts and lists are walked through."""
-    if isinstance(numbers, dict):
-        return {str(name): rounded(value) for name, value in numbers.items()}
-    if isinstance(numbers, (list, tuple, np.ndarray)):
-        return [rounded(value) for value in numbers]
-    if isinstance(numbers, (str, bool, int)):
-        return numbers
-    return "infinity" if np.isinf(numbers) else float(f"{float(numbers):.4g}")

@@ -17,9 +17,8 @@ from mcdenoise.study.figures._ch03_data import (
     best_gaussian,
     noisy,
     picture,
-    reference,
-    rounded,
 )
+from mcdenoise.study.figures._references import reference
 
 SPP = (1, 2, 4, 8, 16, 32)
 
@@ -60,7 +59,7 @@ def guide() -> tuple[Figure, dict]:
             numbers[scene][f"own_over_{other}"] = np.divide(numbers[scene]["own"], numbers[scene][other])
     figure.axes[0].set_ylabel("relMSE")
     figure.axes[0].legend(frameon=False, fontsize=9, loc="lower left")
-    return figure, rounded(numbers)
+    return figure, numbers
 
 
 def neighbour_differences(image: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -92,7 +91,7 @@ def differences(scene: str = "dof") -> tuple[Figure, dict]:
         numbers[f"spp_{spp}"] = {"same": np.median(same), "across": np.median(across), "wrong_percent": 100 * wrong}
     figure.axes[0].set_ylabel("share of pairs (%)")
     figure.axes[1].legend(frameon=False)
-    return figure, rounded(numbers)
+    return figure, numbers
 
 
 def firefly() -> tuple[Figure, dict]:
@@ -113,4 +112,4 @@ def firefly() -> tuple[Figure, dict]:
         left = ((one - truth).mean(axis=-1)[brightest] / excess[brightest]).mean()
         picture(axes, one[30:94, 64:128], name if name == "reference" else f"{name}\nexcess left {100 * left:.0f} %")
         numbers[name.split(",")[0].lower().replace(" ", "_")] = left
-    return figure, rounded(numbers)
+    return figure, numbers

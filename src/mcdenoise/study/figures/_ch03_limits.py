@@ -16,9 +16,8 @@ from mcdenoise.study.figures._ch03_data import (
     best_gaussian,
     noisy,
     picture,
-    reference,
-    rounded,
 )
+from mcdenoise.study.figures._references import reference
 from mcdenoise.study.slider import Slider, slider
 
 
@@ -63,7 +62,7 @@ def limits() -> tuple[Figure, dict]:
         "image_to_gaussian": to_image[-1],
     }
     numbers["equal_at"] = 10 ** numbers["equal_at"]
-    return figure, rounded(numbers)
+    return figure, numbers
 
 
 def error_map() -> tuple[Figure, dict]:
@@ -97,7 +96,7 @@ def error_map() -> tuple[Figure, dict]:
             "relmse": errors[i, j],
             "gaussian": best_gaussian(scene, image)[0],
         }
-    return figure, rounded(numbers)
+    return figure, numbers
 
 
 def _slide(title: str, space: float, radiance: float) -> Figure:

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from mcdenoise.filters import bilateral
 from mcdenoise.filters.window import bell
-from mcdenoise.study.figures._ch03_data import rounded
 
 MIDDLE, SIGMA, WIDE = 20, 2.0, 1e3  # of a 41 x 41 image; sigma_space in pixels; a sigma_radiance that hides no one
 
@@ -88,4 +87,4 @@ def museum() -> tuple[Figure, dict]:
         "library_from_misread_table": np.abs(library - misread).max(),
         "peak": ours.max(),
     }
-    return figure, rounded(numbers)
+    return figure, numbers

@@ -20,9 +20,8 @@ from mcdenoise.study.figures._ch03_data import (
     best_gaussian,
     noisy,
     picture,
-    reference,
-    rounded,
 )
+from mcdenoise.study.figures._references import reference
 from mcdenoise.study.methods import METHODS, choose_parameters
 
 SCENE = "pinhole"
@@ -51,7 +50,7 @@ def window_weights() -> tuple[Figure, dict]:
             axes.plot(REACH, REACH, "s", markerfacecolor="none", markeredgecolor="#ff3333", markersize=6)
         numbers[name] = (near * alike).sum()
     figure.colorbar(shown, ax=grid, label="weight", shrink=0.6)
-    return figure, rounded(numbers | {"near": near.sum()})
+    return figure, numbers | {"near": near.sum()}
 
 
 def against_gaussian(scene: str = "soft_shadow") -> tuple[Figure, dict]:
@@ -87,7 +86,7 @@ def against_gaussian(scene: str = "soft_shadow") -> tuple[Figure, dict]:
         "sigma_space": near,
         "sigma_radiance": alike,
     }
-    return figure, rounded(numbers)
+    return figure, numbers
 
 
 def cut(y: int = 76, sigma_space: float = 1.4, sigma_radiance: float = 0.3) -> tuple[Figure, dict]:
@@ -115,7 +114,7 @@ def cut(y: int = 76, sigma_space: float = 1.4, sigma_radiance: float = 0.3) -> t
     for name, (one, _) in zip(("noisy", "gaussian", "bilateral"), lines.values(), strict=True):
         error = relmse_map(one, truth).mean(axis=-1)
         numbers[name] = {"edges": error[steep].mean(), "elsewhere": error[~steep].mean()}
-    return figure, rounded(numbers)
+    return figure, numbers
 
 
 def scenes() -> tuple[Figure, dict]:
@@ -140,4 +139,4 @@ def scenes() -> tuple[Figure, dict]:
     axes.legend(frameon=False, ncols=3, loc="upper center")
     axes.grid(axis="y", color="#e5e5e5")
     axes.set_axisbelow(True)
-    return figure, rounded(numbers)
+    return figure, numbers

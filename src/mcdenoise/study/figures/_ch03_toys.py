@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from mcdenoise.filters import bilateral, gaussian
 from mcdenoise.filters.bilateral import bilateral_sums
 from mcdenoise.filters.window import bell
-from mcdenoise.study.figures._ch03_data import BILATERAL, GAUSSIAN, NOISY, REFERENCE, rounded
+from mcdenoise.study.figures._ch03_data import BILATERAL, GAUSSIAN, NOISY, REFERENCE
 
 HALF, OUT = 12, 2  # half the side of the window on the step; the centre stands 2 pixels right of the edge
 STEP = {"sigma_space": 4.0, "sigma_radiance": 0.15, "radius": HALF}
@@ -36,7 +36,7 @@ def kernels() -> tuple[Figure, dict]:
         axes.grid(color="#e5e5e5")
         axes.legend(frameon=False, fontsize=9, title=f"sigma_{'space' if axes is near else 'radiance'}")
     at = {f"at_{k}_sigma": bell(np.array([float(k)]), 1) for k in (1, 2, 3)}
-    return figure, rounded(at)
+    return figure, at
 
 
 def noisy_step(seed: int = 4) -> tuple[np.ndarray, np.ndarray]:
@@ -91,7 +91,7 @@ def weights() -> tuple[Figure, dict]:
         "gaussian": smooth[HALF, HALF],
         "bilateral": kept[HALF, HALF],
     }
-    return figure, rounded(numbers)
+    return figure, numbers
 
 
 def staircase(passes: tuple[int, ...] = (1, 5, 20)) -> tuple[Figure, dict]:
@@ -116,7 +116,7 @@ def staircase(passes: tuple[int, ...] = (1, 5, 20)) -> tuple[Figure, dict]:
         axes.grid(color="#e5e5e5")
         axes.legend(frameon=False)
     figure.axes[0].set_ylabel("radiance")
-    return figure, rounded(numbers)
+    return figure, numbers
 
 
 def halo(gain: float = 3.0, sigma_space: float = 12.0, sigma_radiance: float = 0.2) -> tuple[Figure, dict]:
@@ -146,7 +146,7 @@ def halo(gain: float = 3.0, sigma_space: float = 12.0, sigma_radiance: float = 0
     for axes in (left, right):
         axes.grid(color="#e5e5e5")
         axes.legend(frameon=False, loc="lower right")
-    return figure, rounded(numbers | {"image_slope": row[64] - row[63]})
+    return figure, numbers | {"image_slope": row[64] - row[63]}
 
 
 def outlier_after(height: np.ndarray, sigma_space: float, sigma_radiance: float, radius: int) -> np.ndarray:
@@ -181,4 +181,4 @@ def outlier() -> tuple[Figure, dict]:
     axes.legend(frameon=False, loc="upper left")
     half = float(np.interp(0.5, left[height > 1], height[height > 1]))
     numbers = {"gaussian": all_alike, "half_left_at": half, "left": dict(zip(tried, measured, strict=True))}
-    return figure, rounded(numbers)
+    return figure, numbers

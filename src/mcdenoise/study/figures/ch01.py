@@ -18,7 +18,7 @@ from mcdenoise.study.figures._ch01_lens import dof_samples, lens_point, make_thi
 from mcdenoise.study.figures._ch01_lightfield import make_light_field, make_refocus
 from mcdenoise.study.figures._ch01_reconstruct import make_same_surface
 from mcdenoise.study.figures._ch01_vector import make_sample_vector
-from mcdenoise.study.figures._ch02_data import reference
+from mcdenoise.study.figures._references import reference
 from mcdenoise.study.slider import Slider, slider
 
 SCENES = ("pinhole", "soft_shadow", "motion", "dof", "glossy")

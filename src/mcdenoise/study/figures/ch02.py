@@ -11,8 +11,9 @@ from mcdenoise.metrics import relmse, relmse_map
 from mcdenoise.study.charts import COLOURS, GREY
 from mcdenoise.study.display import tone_map
 from mcdenoise.study.figures._ch02_cost import make_cost, make_noise_left
-from mcdenoise.study.figures._ch02_data import reference, renders
+from mcdenoise.study.figures._ch02_data import renders
 from mcdenoise.study.figures._ch02_errors import make_best_sigma, make_error_sigma, make_fails
+from mcdenoise.study.figures._references import reference
 from mcdenoise.study.slider import Slider, slider
 
 SHOWN_SIGMAS = (0.5, 1.0, 2.0, 4.0)

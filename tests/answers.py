@@ -1,0 +1,28 @@
+"""What the tests of the chapters' exercises share: the reference, and what an answer is told."""
+
+from pathlib import Path
+
+from mcdenoise.classroom.exercise import as_impl, load_tests, run_test
+from mcdenoise.classroom.pytest_plugin import load_answer
+
+ROOT = Path(__file__).resolve().parents[1]
+EXERCISES = load_tests(ROOT / "tests" / "exercises")
+
+
+def reference(name):
+    """The answer that stands in the notebook of the exercise."""
+    (notebook,) = (ROOT / "notebooks").glob(f"{EXERCISES[name].chapter}_*.py")
+    return load_answer(notebook, name)
+
+
+def failures(name, answer, *, hidden):
+    """The messages of the public, or of the hidden, tests that the answer fails."""
+    impl = as_impl(name, answer)
+    results = [run_test(test, impl) for test in EXERCISES[name].tests if test.graded.hidden == hidden]
+    return [result.message for result in results if not result.passed]
+
+
+def picture(name):
+    """The picture that `check` shows for the reference: yours and target."""
+    (draw,) = EXERCISES[name].pictures
+    return draw(as_impl(name, reference(name)))
