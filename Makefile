@@ -35,14 +35,14 @@ test: $(VENV)/.installed-test
 	$(BIN)/python -m pytest
 
 lab: $(VENV)/.installed-lab
-	$(BIN)/python -m mcdenoise.classroom.lab
+	$(BIN)/python -m mcdenoise.classroom.building.lab
 	$(BIN)/jupyter lab $(LAB_ARGS) work/notebooks
 
 lectures: $(VENV)/.installed-lectures
-	$(BIN)/python -m mcdenoise.classroom.site $(SITE_ARGS)
+	$(BIN)/python -m mcdenoise.classroom.publishing.site $(SITE_ARGS)
 
 notebooks: $(VENV)/.installed-lab
-	$(BIN)/python -m mcdenoise.classroom.execute
+	$(BIN)/python -m mcdenoise.classroom.publishing.execute
 
 figures: $(VENV)/.installed-demo
 	$(BIN)/python -m mcdenoise.study.figures $(CHAPTERS)

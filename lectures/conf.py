@@ -1,4 +1,4 @@
-"""Sphinx configuration of the lecture site. Run by `make lectures` in a copy of this folder (mcdenoise.classroom.site)."""
+"""Sphinx configuration of the lecture site. Run in a copy of this folder by mcdenoise.classroom.publishing.site."""
 
 import json
 from importlib.metadata import version as installed_version
@@ -10,7 +10,7 @@ project_copyright = author
 version = release = installed_version("mcdenoise")
 
 slides = tags.has("slides")  # noqa: F821 - Sphinx puts `tags` here
-extensions = ["myst_nb", "sphinx_revealjs", "mcdenoise.classroom.pages"]
+extensions = ["myst_nb", "sphinx_revealjs", "mcdenoise.classroom.publishing.pages"]
 root_doc = "slides" if slides else "index"
 exclude_patterns = [
     "README.md",

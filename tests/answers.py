@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from mcdenoise.classroom.exercise import as_impl, load_tests, run_test
-from mcdenoise.classroom.pytest_plugin import load_answer
+from mcdenoise.classroom.checking.exercise import as_impl, load_tests, run_test
+from mcdenoise.classroom.checking.pytest_plugin import load_answer
 
 ROOT = Path(__file__).resolve().parents[1]
 EXERCISES = load_tests(ROOT / "tests" / "exercises")

@@ -6,7 +6,10 @@ from hypothesis import settings
 
 from mcdenoise.samples import SampleBuffer
 
-pytest_plugins = ["mcdenoise.classroom.pytest_plugin", "pytester"]  # `impl` and --impl; pytest to be tested itself
+pytest_plugins = [
+    "mcdenoise.classroom.checking.pytest_plugin",
+    "pytester",
+]  # `impl` and --impl; pytest to be tested itself
 
 # The same examples in every run; no deadline, because the first example may compile a kernel.
 settings.register_profile("house", derandomize=True, deadline=None)

@@ -6,7 +6,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from mcdenoise.classroom.execute import build_notebooks, execute_all
+from mcdenoise.classroom.publishing.execute import build_notebooks, execute_all
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from fake_course import make_course, replace
-from mcdenoise.classroom.build import build, exercise_module
-from mcdenoise.classroom.cells import parse_cells
-from mcdenoise.classroom.chapters import find_root, read_chapters
-from mcdenoise.classroom.folders import MARKER, new_folder
-from mcdenoise.classroom.notebook import KINDS, notebook_text
+from mcdenoise.classroom.building.build import build, exercise_module
+from mcdenoise.classroom.building.chapters import find_root, read_chapters
+from mcdenoise.classroom.building.folders import MARKER, new_folder
+from mcdenoise.classroom.building.notebook import KINDS, notebook_text
+from mcdenoise.classroom.checking.cells import parse_cells
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT, TESTS, MODULE = "notebooks/ch08_fake.py", "tests/exercises/test_ch08.py", "src/mcdenoise/twice.py"
@@ -141,7 +141,8 @@ def test_a_build_has_the_same_bytes_anywhere_and_at_any_time(course, tmp_path):
     for number, place in ((7, tmp_path), (8, course / "src")):
         os.utime(course / SCRIPT, (1e9 * number, 1e9))
         code = (
-            "import sys, pathlib; from mcdenoise.classroom.build import build; build(*map(pathlib.Path, sys.argv[1:]))"
+            "import sys, pathlib; from mcdenoise.classroom.building.build import build; "
+            "build(*map(pathlib.Path, sys.argv[1:]))"
         )
         environment = os.environ | {"PYTHONHASHSEED": str(number), "TZ": "Asia/Tokyo"}
         subprocess.run([sys.executable, "-c", code, course, f"again{number}"], cwd=place, env=environment, check=True)

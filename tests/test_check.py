@@ -9,8 +9,8 @@ import pytest
 
 import toy_exercise
 from mcdenoise.classroom import Finding, check
-from mcdenoise.classroom.check import find_tests
-from mcdenoise.classroom.report import Report
+from mcdenoise.classroom.checking.check import find_tests
+from mcdenoise.classroom.checking.report import Report
 
 RIGHT = """
 import numpy as np
@@ -187,7 +187,7 @@ def test_an_empty_exercise_is_one_line(course, capsys):
 
 
 def test_an_endless_loop_is_stopped_once_for_all_tests(course, monkeypatch):
-    from mcdenoise.classroom import implementation
+    from mcdenoise.classroom.checking import implementation
 
     monkeypatch.setattr(implementation.LocalImplementation.__init__, "__kwdefaults__", {"seconds": 0.2})
     report = checked("blur", but("weight = np", "while True: pass\n            weight = np"), course)
@@ -196,7 +196,7 @@ def test_an_endless_loop_is_stopped_once_for_all_tests(course, monkeypatch):
 
 
 def test_an_except_of_the_students_does_not_catch_the_time_limit(course, monkeypatch):
-    from mcdenoise.classroom import implementation
+    from mcdenoise.classroom.checking import implementation
 
     monkeypatch.setattr(implementation.LocalImplementation.__init__, "__kwdefaults__", {"seconds": 0.2})
     source = "def blur(image, sigma_space, radius):\n while True:\n  try: 1 / 0\n  except Exception: pass"

@@ -9,8 +9,8 @@ import zipfile
 import pytest
 
 from fake_course import make_course, replace
+from mcdenoise.classroom.building.folders import sha256
 from mcdenoise.classroom.command import add_commands, run
-from mcdenoise.classroom.folders import sha256
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import re
 import pytest
 
 from answers import EXERCISES, ROOT, failures, reference
-from mcdenoise.classroom.exercise import as_impl, run_test
+from mcdenoise.classroom.checking.exercise import as_impl, run_test
 
 CHAPTERS = sorted(path.stem for path in (ROOT / "notebooks").glob("ch*.py"))
 KINDS = {"write", "predict", "break"}

@@ -16,9 +16,16 @@ import pytest
 
 import toy_exercise
 from mcdenoise.classroom import Finding, graded
-from mcdenoise.classroom.exercise import LocalImplementation, Unwritten, as_impl, load_tests, run_test, sentence_of
-from mcdenoise.classroom.implementation import place, place_in_source, time_limit
-from mcdenoise.classroom.pytest_plugin import load_answer
+from mcdenoise.classroom.checking.exercise import (
+    LocalImplementation,
+    Unwritten,
+    as_impl,
+    load_tests,
+    run_test,
+    sentence_of,
+)
+from mcdenoise.classroom.checking.implementation import place, place_in_source, time_limit
+from mcdenoise.classroom.checking.pytest_plugin import load_answer
 
 TOY = Path(toy_exercise.__file__).read_text()
 EXERCISES = Path(__file__).parent / "exercises"
@@ -276,7 +283,9 @@ def course(pytester):
 
 
 def run_pytest(course, *arguments):
-    return course.runpytest_inprocess("-p", "mcdenoise.classroom.pytest_plugin", "-p", "no:cacheprovider", *arguments)
+    return course.runpytest_inprocess(
+        "-p", "mcdenoise.classroom.checking.pytest_plugin", "-p", "no:cacheprovider", *arguments
+    )
 
 
 def test_pytest_runs_the_chapters_notebook_and_shows_words_alone(course):

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mcdenoise.classroom import Finding
-from mcdenoise.classroom.cells import LARGEST_CODE, without_magics
-from mcdenoise.classroom.extract import Cell, answer_source, parse_cells, read_cells
+from mcdenoise.classroom.checking.cells import LARGEST_CODE, without_magics
+from mcdenoise.classroom.checking.extract import Cell, answer_source, parse_cells, read_cells
 
 
 def extracted(*sources, name="f"):
@@ -228,7 +228,7 @@ def test_needs_without_end_are_given_up(monkeypatch):
     many = "\n".join(f"a{k} = " + " + ".join(f"a{j}" for j in range(max(0, k - 30), k)) for k in range(1, 200))
     assert value("a0 = 1\n" + many, "def f(): return a2")() == 2
     assert extracted("a0 = 1\n" + many, "def f(): return a199").count("#@") == 201
-    monkeypatch.setattr("mcdenoise.classroom.extract.MOST", 150)
+    monkeypatch.setattr("mcdenoise.classroom.checking.extract.MOST", 150)
     assert "`f` needs too much of the notebook around it" in refused("a0 = 1\n" + many, "def f(): return a199")
 
 
@@ -334,7 +334,7 @@ def test_files_that_are_no_notebooks(tmp_path, monkeypatch):
         read_cells(tmp_path / "gone.ipynb")
     with pytest.raises(ValueError, match=r"answer\.txt must be a notebook .* got '\.txt'"):
         read_cells(notebook(tmp_path, b"", "answer.txt"))
-    monkeypatch.setattr("mcdenoise.classroom.cells.LARGEST", 10)
+    monkeypatch.setattr("mcdenoise.classroom.checking.cells.LARGEST", 10)
     with pytest.raises(ValueError, match=r"has more than 0 MB: clear the outputs"):
         read_cells(notebook(tmp_path, b"x" * 11))
 

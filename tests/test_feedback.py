@@ -5,9 +5,9 @@ from html.parser import HTMLParser
 
 import pytest
 
-from mcdenoise.classroom.exercise import Outcome
-from mcdenoise.classroom.feedback import feedback_page, shown, write_feedback
-from mcdenoise.classroom.results import ExerciseGrade, Grade
+from mcdenoise.classroom.checking.exercise import Outcome
+from mcdenoise.classroom.grading.feedback import feedback_page, shown, write_feedback
+from mcdenoise.classroom.grading.results import ExerciseGrade, Grade
 
 EVIL = "<script>alert('x')</script><img src=x onerror=alert(1)> \"'&"
 FINDING = "response to an impulse: transposed: rows come first; worst entry (0, 3): yours 1, expected 2."

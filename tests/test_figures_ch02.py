@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mcdenoise.classroom.exercise import load_tests
+from mcdenoise.classroom.checking.exercise import load_tests
 from mcdenoise.filters import gaussian
 from mcdenoise.filters.gaussian import gaussian_sums
 from mcdenoise.metrics import relmse

@@ -11,14 +11,14 @@ from pathlib import Path
 
 import pytest
 
-from mcdenoise.classroom import grade as grading
-from mcdenoise.classroom import submissions as submissions_module
-from mcdenoise.classroom.chapters import read_chapters
-from mcdenoise.classroom.exercise import Outcome
-from mcdenoise.classroom.grade import add_arguments, grade_folder, grade_submission, run_grade
-from mcdenoise.classroom.results import ExerciseGrade, Grade, ResultStore, summary, write_csv
-from mcdenoise.classroom.sandbox import Limits, choose_sandbox
-from mcdenoise.classroom.submissions import find_submissions
+from mcdenoise.classroom.building.chapters import read_chapters
+from mcdenoise.classroom.checking.exercise import Outcome
+from mcdenoise.classroom.grading import grade as grading
+from mcdenoise.classroom.grading import submissions as submissions_module
+from mcdenoise.classroom.grading.grade import add_arguments, grade_folder, grade_submission, run_grade
+from mcdenoise.classroom.grading.results import ExerciseGrade, Grade, ResultStore, summary, write_csv
+from mcdenoise.classroom.grading.sandbox import Limits, choose_sandbox
+from mcdenoise.classroom.grading.submissions import find_submissions
 
 ROOT = Path(__file__).resolve().parents[1]
 CHAPTERS = sorted(path.stem.removeprefix("test_") for path in (ROOT / "tests" / "exercises").glob("test_ch*.py"))
@@ -291,7 +291,7 @@ def test_a_stored_grade_is_that_of_one_student_and_version(tmp_path, monkeypatch
     assert store.load("ada", contents) == Grade("ada", (), "bwrap")
     assert store.load("bob", contents) is None
     assert ResultStore(tmp_path, {"seconds": 2}, {"test.py": b"x"}).load("ada", contents) is None
-    monkeypatch.setattr("mcdenoise.classroom.results.version", lambda name: "99")
+    monkeypatch.setattr("mcdenoise.classroom.grading.results.version", lambda name: "99")
     assert ResultStore(tmp_path, {"seconds": 1}, {"test.py": b"x"}).load("ada", contents) is None
 
 
@@ -318,7 +318,7 @@ def test_a_failure_of_the_grader_stops_nothing_and_is_not_kept(folder, tests, tm
 
 
 def test_a_process_that_cannot_start_is_the_graders_failure(folder, tests, monkeypatch):
-    monkeypatch.setattr("mcdenoise.classroom.process.child_command", lambda *arguments: ["/bin/false"])
+    monkeypatch.setattr("mcdenoise.classroom.grading.process.child_command", lambda *arguments: ["/bin/false"])
     ada, _ = grade_folder(folder, tests, limits=LIMITS)
     assert "the grader failed" in ada.problem
     assert ada.total == 0

@@ -6,9 +6,9 @@ import re
 import pytest
 
 from hostile import harness
-from mcdenoise.classroom.feedback import feedback_page
-from mcdenoise.classroom.remote import Budget, RemoteAnswer
-from mcdenoise.classroom.sandbox import bwrap_failure
+from mcdenoise.classroom.grading.feedback import feedback_page
+from mcdenoise.classroom.grading.remote import Budget, RemoteAnswer
+from mcdenoise.classroom.grading.sandbox import bwrap_failure
 
 pytestmark = pytest.mark.ch02
 EXPECTED = harness.expected()

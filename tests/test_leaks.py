@@ -5,9 +5,9 @@ import json
 import pytest
 
 from fake_course import make_course, replace
-from mcdenoise.classroom.build import build, refuse_leaks, write_student
-from mcdenoise.classroom.chapters import read_chapters
-from mcdenoise.classroom.leaks import find_leaks, find_secrets
+from mcdenoise.classroom.building.build import build, refuse_leaks, write_student
+from mcdenoise.classroom.building.chapters import read_chapters
+from mcdenoise.classroom.building.leaks import find_leaks, find_secrets
 
 NOTEBOOK = "student/notebooks/ch08_fake.ipynb"
 BELL = "return float(np.exp(-distance_squared / (2 * sigma_space**2)))"
@@ -136,7 +136,7 @@ def test_solution_text_outside_the_marks_is_refused_with_its_place(tmp_path, nam
 
 def test_a_build_with_a_leak_writes_nothing(tmp_path, monkeypatch):
     course = make_course(tmp_path / "course")
-    monkeypatch.setattr("mcdenoise.classroom.build.public_tests", lambda text, path: text)
+    monkeypatch.setattr("mcdenoise.classroom.building.build.public_tests", lambda text, path: text)
     with pytest.raises(
         ValueError, match=r"Nothing was written, because students would get a secret: student/tests/.* more"
     ):

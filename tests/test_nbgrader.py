@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from fake_course import make_course
-from mcdenoise.classroom.build import build
-from mcdenoise.classroom.nbgrader_course import grade_cell
-from mcdenoise.classroom.nbgrader_grade import write_grades
+from mcdenoise.classroom.building.build import build
+from mcdenoise.classroom.building.nbgrader_course import grade_cell
+from mcdenoise.classroom.building.nbgrader_grade import write_grades
 
 pytest.importorskip("nbgrader", reason="nbgrader is not installed: pip install 'mcdenoise[grading]'")
 from nbformat.v4 import new_code_cell, new_notebook

@@ -8,8 +8,9 @@ import sys
 import pytest
 
 from fake_course import make_course, replace
-from mcdenoise.classroom import execute, lab
-from mcdenoise.classroom.execute import build_notebooks, execute_all
+from mcdenoise.classroom.building import lab
+from mcdenoise.classroom.publishing import execute
+from mcdenoise.classroom.publishing.execute import build_notebooks, execute_all
 from real_course import ROOT, executed_notebooks
 
 SCRIPTS = sorted((ROOT / "notebooks").glob("ch*.py"))

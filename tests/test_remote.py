@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mcdenoise.classroom import remote, wire
-from mcdenoise.classroom.exercise import LocalImplementation
-from mcdenoise.classroom.finding import Finding, Unwritten
-from mcdenoise.classroom.process import MARK, ChildProcess, NoAnswerError, sweep
-from mcdenoise.classroom.remote import Budget, RemoteAnswer, turn, words_for_exit
-from mcdenoise.classroom.sandbox import Limits, choose_sandbox
+from mcdenoise.classroom.checking.exercise import LocalImplementation
+from mcdenoise.classroom.checking.finding import Finding, Unwritten
+from mcdenoise.classroom.grading import remote, wire
+from mcdenoise.classroom.grading.process import MARK, ChildProcess, NoAnswerError, sweep
+from mcdenoise.classroom.grading.remote import Budget, RemoteAnswer, turn, words_for_exit
+from mcdenoise.classroom.grading.sandbox import Limits, choose_sandbox
 
 SANDBOX = choose_sandbox()
 LIMITS = Limits(seconds=2, total_seconds=60)
@@ -226,7 +226,7 @@ def test_a_call_without_a_result_is_a_finding(monkeypatch):
 
 def test_trouble_of_the_grader_is_no_finding(monkeypatch):
     monkeypatch.setattr(
-        "mcdenoise.classroom.process.child_command", lambda *arguments: ["/bin/sh", "-c", "echo no python here"]
+        "mcdenoise.classroom.grading.process.child_command", lambda *arguments: ["/bin/sh", "-c", "echo no python here"]
     )
     with remote_answer("f = 1") as answer:
         with pytest.raises(RuntimeError, match=r"did not start .*no python here"):

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from mcdenoise.classroom import fence, sandbox
-from mcdenoise.classroom.finding import Finding
-from mcdenoise.classroom.remote import Budget, RemoteAnswer
-from mcdenoise.classroom.sandbox import Limits, bwrap_failure, choose_sandbox
+from mcdenoise.classroom.checking.finding import Finding
+from mcdenoise.classroom.grading import fence, sandbox
+from mcdenoise.classroom.grading.remote import Budget, RemoteAnswer
+from mcdenoise.classroom.grading.sandbox import Limits, bwrap_failure, choose_sandbox
 
 needs_bwrap = pytest.mark.skipif(bool(bwrap_failure()), reason=f"bubblewrap: {bwrap_failure()}")
 LIMITS = Limits(seconds=10, total_seconds=60)
@@ -190,10 +190,16 @@ def test_the_hook_allows_what_python_itself_needs(tmp_path):
 
 def test_the_child_imports_no_library_of_ours():
     """The files that run beside a student's function must stand alone: only the stub package is there."""
-    for name in (*sandbox.CHILD_FILES, *sandbox.GUARD_FILES):
-        text = Path(sandbox.__file__).with_name(name).read_text()
+    guard = Path(sandbox.__file__).parents[1] / "checking"
+    files = [Path(sandbox.__file__).with_name(name) for name in sandbox.CHILD_FILES]
+    for path in (*files, *(guard / name for name in sandbox.GUARD_FILES)):
+        text = path.read_text()
         imported = set(re.findall(r"^\s*(?:from|import) (mcdenoise[\w.]*)", text, re.MULTILINE))
-        assert imported <= {"mcdenoise.classroom", "mcdenoise.classroom.describe", "mcdenoise.classroom.finding"}, name
+        assert imported <= {
+            "mcdenoise.classroom.checking",
+            "mcdenoise.classroom.checking.describe",
+            "mcdenoise.classroom.checking.finding",
+        }, path.name
 
 
 def test_the_base_interpreter_runs_without_installed_packages():

@@ -10,7 +10,7 @@ import pytest
 
 import mcdenoise as mcd
 from fake_course import make_course, replace
-from mcdenoise.classroom import pages, paper, site
+from mcdenoise.classroom.publishing import pages, paper, site
 from real_course import ROOT, executed_notebooks
 
 PAGE = r"""# 08 Fake
@@ -69,7 +69,7 @@ def course(tmp_path):
 
 def _assemble(course, tmp_path):
     """Assemble with the notebook as it is, not executed."""
-    from mcdenoise.classroom.execute import build_notebooks
+    from mcdenoise.classroom.publishing.execute import build_notebooks
 
     return site.assemble(course, build_notebooks(course, tmp_path / "notebooks"), tmp_path / "source")
 

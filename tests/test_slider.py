@@ -12,7 +12,7 @@ from PIL import Image
 
 import mcdenoise as mcd
 from conftest import noise
-from mcdenoise.classroom.paper import find_chromium, run_chromium
+from mcdenoise.classroom.publishing.paper import find_chromium, run_chromium
 from mcdenoise.study.display import tone_map
 from mcdenoise.study.slider import LARGEST
 

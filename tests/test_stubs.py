@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import mcdenoise as mcd
-from mcdenoise.classroom.hidden import public_tests, read_marks
-from mcdenoise.classroom.stubs import solution_blocks, strip_solutions, stub_package, stub_source
+from mcdenoise.classroom.building.hidden import public_tests, read_marks
+from mcdenoise.classroom.building.stubs import solution_blocks, strip_solutions, stub_package, stub_source
 
 SRC = Path(mcd.__file__).parent
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from mcdenoise.classroom import wire
+from mcdenoise.classroom.grading import wire
 
 arrays = hnp.arrays(
     dtype=st.sampled_from([np.dtype(name) for name in wire.DTYPES]), shape=hnp.array_shapes(min_dims=0, min_side=0)

@@ -52,7 +52,7 @@ __all__ = [
 
 # What draws or checks is loaded when first asked for: matplotlib takes a second.
 _LOADED_LATER = {
-    "check": "mcdenoise.classroom.check",
+    "check": "mcdenoise.classroom.checking.check",
     "show_difference": "mcdenoise.study.show",
     "show_images": "mcdenoise.study.show",
     "slider": "mcdenoise.study.slider",

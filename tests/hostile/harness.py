@@ -14,9 +14,9 @@ import tomllib
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from mcdenoise.classroom import marking
-from mcdenoise.classroom.grade import grade_folder
-from mcdenoise.classroom.sandbox import Limits
+from mcdenoise.classroom.grading import marking
+from mcdenoise.classroom.grading.grade import grade_folder
+from mcdenoise.classroom.grading.sandbox import Limits
 
 HERE = Path(__file__).resolve().parent
 REPOSITORY = HERE.parents[1]

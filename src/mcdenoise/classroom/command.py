@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from mcdenoise.classroom.exercise import ExerciseTests
-    from mcdenoise.classroom.report import Report
+    from mcdenoise.classroom.checking.exercise import ExerciseTests
+    from mcdenoise.classroom.checking.report import Report
 
 PASSED, NOT_PASSED = 0, 1
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add `classroom` and its own commands to the parser's commands."""
-    from mcdenoise.classroom.grade import add_arguments
+    from mcdenoise.classroom.grading.grade import add_arguments
 
     classroom = commands.add_parser("classroom", help="build, check, grade and release the exercises")
     actions = classroom.add_subparsers(dest="action", required=True, metavar="ACTION")
@@ -59,17 +59,17 @@ def run(options: argparse.Namespace) -> int:
         For what cannot be done, in words for the command line (one line, exit code 2).
     """
     if options.action == "grade":
-        from mcdenoise.classroom.grade import run_grade
+        from mcdenoise.classroom.grading.grade import run_grade
 
         return run_grade(options)
     if options.action == "check":
         return run_check(options.file, options.exercises)
-    from mcdenoise.classroom.chapters import find_root
+    from mcdenoise.classroom.building.chapters import find_root
 
     root = find_root(options.root)
     if options.action == "build":
         return run_build(root, options.out)
-    from mcdenoise.classroom.release import SUMS, release
+    from mcdenoise.classroom.building.release import SUMS, release
 
     archives = release(root, options.out)
     for path in archives:
@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
 
 def run_build(root: Path, out: Path) -> int:
     """Run `mcdenoise classroom build`: build, and print what each chapter holds."""
-    from mcdenoise.classroom.build import build
+    from mcdenoise.classroom.building.build import build
 
     for chapter in build(root, out):
         exercises = dict.fromkeys(mark.exercise for mark in chapter.marks)
@@ -107,9 +107,9 @@ def run_check(file: Path, exercises: Sequence[str]) -> int:
     ValueError
         If there is no such file, no tests for it, or no such exercise.
     """
-    from mcdenoise.classroom.check import find_tests
-    from mcdenoise.classroom.exercise import load_tests
-    from mcdenoise.classroom.extract import read_cells
+    from mcdenoise.classroom.checking.check import find_tests
+    from mcdenoise.classroom.checking.exercise import load_tests
+    from mcdenoise.classroom.checking.extract import read_cells
 
     cells = read_cells(file)
     tests = load_tests(find_tests(file.absolute().parent))
@@ -126,10 +126,10 @@ def run_check(file: Path, exercises: Sequence[str]) -> int:
 
 def _report(file: Path, exercise: ExerciseTests) -> Report:
     """Check one exercise of a file."""
-    from mcdenoise.classroom.exercise import as_impl, run_test
-    from mcdenoise.classroom.finding import Finding
-    from mcdenoise.classroom.pytest_plugin import load_answer
-    from mcdenoise.classroom.report import Report
+    from mcdenoise.classroom.checking.exercise import as_impl, run_test
+    from mcdenoise.classroom.checking.finding import Finding
+    from mcdenoise.classroom.checking.pytest_plugin import load_answer
+    from mcdenoise.classroom.checking.report import Report
 
     try:
         impl = as_impl(exercise.name, load_answer(file, exercise.name))

@@ -17,9 +17,9 @@ from importlib.util import find_spec
 import numpy as np
 from tqdm import tqdm
 
-from mcdenoise.classroom.paper import find_chromium
-from mcdenoise.classroom.sandbox import bwrap_failure
-from mcdenoise.classroom.site import NEEDED
+from mcdenoise.classroom.grading.sandbox import bwrap_failure
+from mcdenoise.classroom.publishing.paper import find_chromium
+from mcdenoise.classroom.publishing.site import NEEDED
 from mcdenoise.filters import gaussian
 from mcdenoise.render import render_image
 from mcdenoise.render.variants import LIBRARY_VARIABLE, choose_variant

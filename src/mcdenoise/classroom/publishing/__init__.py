@@ -1,0 +1,1 @@
+"""Publishing: executed notebooks, and the lecture site with its slides and PDFs."""
