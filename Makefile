@@ -18,6 +18,7 @@ SITE_ARGS ?=
 CHAPTERS ?=
 VENV     := .venv
 BIN      := $(VENV)/bin
+LAB_SETTINGS := $(VENV)/share/jupyter/lab/settings
 UV       := $(shell command -v uv 2>/dev/null)
 comma    := ,
 # Unless you name a Python, uv may take any that fits.
@@ -36,6 +37,8 @@ test: $(VENV)/.installed-test
 
 lab: $(VENV)/.installed-lab
 	$(BIN)/python -m mcdenoise.classroom.building.lab
+	@mkdir -p $(LAB_SETTINGS) # so that JupyterLab does not ask to fetch news from the network
+	@echo '{"@jupyterlab/apputils-extension:notification": {"fetchNews": "false", "checkForUpdates": false}}' > $(LAB_SETTINGS)/overrides.json
 	$(BIN)/jupyter lab $(LAB_ARGS) work/notebooks
 
 lectures: $(VENV)/.installed-lectures

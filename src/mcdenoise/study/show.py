@@ -131,7 +131,8 @@ def show_difference(yours: object, target: object, *, title: str = "") -> Figure
     )
     right.set(xticks=[], yticks=[])
     right.set_title("yours - target" + (": no difference" if same else ""), fontsize=10)
-    figure.colorbar(scale, ax=right).set_label("radiance\nblue: too low, red: too high", fontsize=8)
+    beside = right.inset_axes((1.04, 0, 0.06, 1))  # as high as the image, whatever its shape
+    figure.colorbar(scale, cax=beside).set_label("radiance\nblue: too low, red: too high", fontsize=8)
     return figure
 
 
