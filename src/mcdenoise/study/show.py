@@ -170,7 +170,9 @@ def indexed_png(figure: Figure, dots: int) -> bytes:
     drawn, indexed = io.BytesIO(), io.BytesIO()
     figure.savefig(drawn, format="png", dpi=dots)
     with PIL.Image.open(drawn) as image:
-        image.convert("RGB").quantize(256, dither=PIL.Image.Dither.NONE).save(indexed, format="png", optimize=True)
+        # Median cut, the default, leaves small bright things grey.
+        fewer = {"method": PIL.Image.Quantize.MAXCOVERAGE, "kmeans": 2, "dither": PIL.Image.Dither.NONE}
+        image.convert("RGB").quantize(256, **fewer).save(indexed, format="png", optimize=True)
     return indexed.getvalue()
 
 
