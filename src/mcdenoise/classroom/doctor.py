@@ -24,6 +24,7 @@ from mcdenoise.filters import gaussian
 from mcdenoise.render import render_image
 from mcdenoise.render.variants import LIBRARY_VARIABLE, choose_variant
 from mcdenoise.samples.storage import cache_folder
+from mcdenoise.study.machine import usable_cores
 
 PYTHON_FROM, PYTHON_BELOW = (3, 11), (3, 14)
 EXTRAS = {
@@ -132,7 +133,7 @@ def check_kernels() -> Line:
 
 def check_machine() -> Line:
     """How many cores and how much memory?"""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    cores = usable_cores()
     names = getattr(os, "sysconf_names", {})
     known = "SC_PAGE_SIZE" in names and "SC_PHYS_PAGES" in names
     gigabytes = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30 if known else None

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import os
 import statistics
 import sys
 import time
@@ -24,6 +23,7 @@ from tqdm import tqdm
 
 from mcdenoise.filters import bilateral, cross_bilateral, gaussian
 from mcdenoise.study.arguments import OneLineParser
+from mcdenoise.study.machine import usable_cores
 
 SIGMA_SPACE, GAUSSIAN_RADIUS = 3.0, 9
 BILATERAL_SIGMA_SPACE, SIGMA_RADIANCE, BILATERAL_RADIUS = 5.0, 0.3, 10
@@ -222,7 +222,7 @@ def machine_facts(peers: dict[str, ModuleType | None]) -> list[str]:
     from mcdenoise.kernels.jit import compiler_facts
 
     facts = compiler_facts()
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    cores = usable_cores()
     cv2 = peers["cv2"]
     versions = {"Python": sys.version.split()[0], "numpy": np.__version__, "numba": facts["numba"]}
     for label, name in (("scipy", "scipy.ndimage"), ("scikit-image", "skimage"), ("OpenCV", "cv2")):

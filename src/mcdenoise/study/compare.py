@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import statistics
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,6 +16,7 @@ from mcdenoise.metrics import mse, psnr, relmse, relmse_map, ssim
 from mcdenoise.render import capture, render_image, render_reference
 from mcdenoise.samples import SampleBuffer, pixel_mean
 from mcdenoise.samples.gate import check_count, check_names
+from mcdenoise.study.machine import usable_cores
 from mcdenoise.study.methods import METHODS, Method, choose_parameters
 
 T = TypeVar("T")
@@ -182,7 +182,7 @@ def compare(
         capture_seconds=capture_seconds,
         render_fixed_seconds=render.fixed_seconds,
         render_seconds_per_spp=render.seconds_per_spp,
-        provenance={**samples.provenance, "cores": os.cpu_count()},
+        provenance={**samples.provenance, "cores": usable_cores()},
         results=(unfiltered, *filtered, *rivals),
         reference=reference,
     )

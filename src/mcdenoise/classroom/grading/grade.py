@@ -8,7 +8,6 @@ are the sum of the points of the tests that pass. Nothing that a submission hold
 from __future__ import annotations
 
 import argparse
-import os
 from collections.abc import Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from pathlib import Path
@@ -21,6 +20,7 @@ from mcdenoise.classroom.grading.marking import exercises_of, failed, grade_file
 from mcdenoise.classroom.grading.results import Grade, ResultStore, summary, write_csv
 from mcdenoise.classroom.grading.sandbox import SANDBOXES, SENTENCES, Limits, choose_sandbox
 from mcdenoise.classroom.grading.submissions import Submission, find_submissions
+from mcdenoise.study.machine import usable_cores
 
 __all__ = ["add_arguments", "grade_folder", "grade_submission", "run_grade"]
 
@@ -73,7 +73,7 @@ def grade_folder(
     exercises = exercises_of(contents)
     facts = {**limits.facts(), "sandbox": choose_sandbox(limits.sandbox)}
     store = ResultStore(results, facts, contents) if results is not None else None
-    own = ThreadPoolExecutor(workers or _cores()) if executor is None else None
+    own = ThreadPoolExecutor(workers or usable_cores()) if executor is None else None
     try:
         jobs = _jobs(submissions, contents, limits, executor or own, store, fresh)
         grades = {grade.student: grade for grade in _finished(jobs, store, exercises, len(submissions))}
@@ -141,10 +141,6 @@ def _result(
     if store is not None and not grade.problem:
         store.save(grade, contents)
     return grade
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
