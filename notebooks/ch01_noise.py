@@ -31,12 +31,12 @@ from mcdenoise.classroom import check
 # ## 1. A pixel is an integral
 #
 # A pixel is the mean of the radiance $f$ over everything a camera ray may do: where in the pixel it starts $(x, y)$, where it
-# crosses the lens $(u, v)$, which point of the light it asks for $(s, t)$:
+# crosses the lens $(u, v)$, which point of the light it asks for $(l_u, l_v)$ (`light_u` and `light_v` in the code):
 #
-# $$I = \int\!\!\int\!\!\int\!\!\int\!\!\int\!\!\int f(x, y; u, v; s, t)\; dx\, dy\, du\, dv\, ds\, dt
-# \;\approx\; \frac{1}{N} \sum_{i=1}^{N} f(x_i, y_i; u_i, v_i; s_i, t_i)$$
+# $$I = \int\!\!\int\!\!\int\!\!\int\!\!\int\!\!\int f(x, y; u, v; l_u, l_v)\; dx\, dy\, du\, dv\, dl_u\, dl_v
+# \;\approx\; \frac{1}{N} \sum_{i=1}^{N} f(x_i, y_i; u_i, v_i; l_{u,i}, l_{v,i})$$
 #
-# `mcd.capture` renders a scene and keeps every sample with its random numbers.
+# (This scene has no motion, so no time $t$.) `mcd.capture` renders a scene and keeps every sample with its random numbers.
 
 # %%
 samples = mcd.capture("dof", width=128, height=128, spp=32, seed=0)
@@ -56,7 +56,7 @@ left.plot(x, y, "s", color="white", markerfacecolor="none")
 left.set(title="32 spp; the pixel", xticks=[], yticks=[])
 right.hist(f, bins=20)
 right.axvline(f.mean(), color="black", label=f"their mean: {f.mean():.3f}")
-right.set(xlabel="radiance of a sample", title="32 samples of one pixel")
+right.set(xlabel="radiance of a sample", ylabel="samples", title="32 samples of one pixel")
 _ = right.legend(frameon=False)
 
 # %% [markdown]
@@ -82,8 +82,8 @@ def variance_of_mean(samples):
 
     Returns
     -------
-    variance : (h, w, c), radiance squared: s^2 / spp with s^2 = sum (f - mean)^2 / (spp - 1). For `dof` at 32 spp about
-        0.001 in the mean; 0 where all samples are equal.
+    variance : (h, w, c), radiance squared: the expected squared distance of the pixel's mean from the truth, in each
+        channel by itself. For `dof` at 32 spp about 0.001 in the mean; 0 where all samples are equal.
     """
     ### BEGIN SOLUTION
     mean = samples.mean(axis=2, keepdims=True)
@@ -128,8 +128,8 @@ def relmse(image, reference, epsilon):
 
     Returns
     -------
-    A number: (image - reference)^2 / (reference^2 + epsilon), averaged over pixels and channels. Some 0.5 at 1 spp, 0.01
-        at 64 spp for `dof`.
+    A number without unit, the mean over pixels and channels: 0 for the reference itself. Some 0.5 at 1 spp, 0.01 at
+        64 spp for `dof`.
     """
     ### BEGIN SOLUTION
     return np.mean((image - reference) ** 2 / (reference**2 + epsilon))
@@ -170,7 +170,7 @@ axes.loglog(N, errors, "o", label=f"relMSE: slope {slope:.2f}")
 axes.loglog(N, errors[0] / N, "--", color="gray", label="1 / N")
 axes.loglog(N, np.sqrt(errors), "s", label=f"its root: slope {slope / 2:.2f}")
 axes.loglog(N, np.sqrt(errors[0] / N), ":", color="gray", label="1 / sqrt(N)")
-axes.set(xlabel="samples per pixel N", title="dof")
+axes.set(xlabel="samples per pixel N", ylabel="error", title="dof")
 axes.yaxis.set_minor_formatter(plt.NullFormatter())
 _ = axes.legend(frameon=False)
 
@@ -288,7 +288,7 @@ figure, axes = plt.subplots(figsize=(5, 3), layout="constrained")
 axes.plot(depth, measured, ".", markersize=4, label="samples")
 axes.plot(d, light_field_slope(d, focus_distance, lens_radius, pixels_per_unit), "k", linewidth=0.8, label="yours")
 axes.axhline(0, color="gray", linewidth=0.6)
-axes.set(xlabel="depth (scene units)", ylabel="slope (pixels)", xlim=(2.6, 14), title="in focus at 5.3")
+axes.set(xlabel="depth (scene units)", ylabel="slope (pixels)", xlim=(2.6, 14), title="in focus at 5.3 scene units")
 _ = axes.legend(frameon=False)
 
 # %% [markdown]
@@ -310,7 +310,7 @@ for name, x_0, depth in (("near", 23.0, 4.55), ("in focus", 73.0, 5.06), ("far",
 x, u = samples.screen_position[60][here][:, 0], samples["lens_u"][60][here]
 colours = np.clip(samples.radiance[60][here], 0, 1) ** (1 / 2.2)
 axes.scatter(x, u, s=16, c=colours, edgecolors="black", label="samples of row 60")
-axes.set(xlabel="screen x (pixels)", ylabel="lens u")
+axes.set(xlabel="screen x (pixels)", ylabel="lens u", title="row 60 of dof as a light field")
 _ = axes.legend(loc="upper right", fontsize=8)
 
 # %% [markdown]
@@ -324,7 +324,7 @@ _ = axes.legend(loc="upper right", fontsize=8)
 # ### Exercise `crossing_samples` (break, 2 points)
 #
 # Give two samples of `dof` that look like good neighbours (at most 3 pixels apart on the screen), but whose trajectories cross
-# for some u between 0 and 1.
+# for some u between 0 and 1. Here x is where the sample itself lies on the screen, at its own u (not $x_0$).
 
 # %% exercise="crossing_samples"
 crossing_samples = None  # two rows, one for each sample: [[x, u, depth], [x, u, depth]] (pixels, 0 to 1, scene units)
@@ -386,7 +386,7 @@ rows = np.stack([refocus(light_field, slope) for slope in slopes])
 figure, axes = plt.subplots(figsize=(8, 3), layout="constrained")
 axes.imshow(np.clip(rows, 0, 1) ** (1 / 2.2), aspect="auto", extent=(0, 128, len(rows), 0), interpolation="nearest")
 axes.set_yticks(np.arange(len(rows)) + 0.5, [f"{d:g}" for d in distances])
-_ = axes.set(xlabel="screen x (pixels)", ylabel="focused at", title="one scanline, refocused")
+_ = axes.set(xlabel="screen x (pixels)", ylabel="focused at (scene units)", title="one scanline, refocused")
 
 # %% [markdown]
 # ## 8. The sample vector
@@ -403,19 +403,20 @@ _ = axes.set(xlabel="screen x (pixels)", ylabel="focused at", title="one scanlin
 near = samples.crop(90, 98, 7, 7).subset(0, 8)
 ball = ((near["world_position"] - camera) @ forward < 3.9).ravel()
 panels = {
-    "(a) screen position": near.screen_position,
-    "(b) lens u, v": near.random_params[..., :2],
-    "(c) world position x, y": near["world_position"],
-    "(d) shading normal x, y": near["shading_normal"],
-    "(e) albedo red, green": near["albedo"],
-    "(f) radiance red, green": near.radiance,
+    "(a) screen position": (near.screen_position, "x (pixels)", "y (pixels)"),
+    "(b) place on the lens": (near.random_params[..., :2], "lens u", "lens v"),
+    "(c) world position": (near["world_position"], "x (scene units)", "y (scene units)"),
+    "(d) shading normal": (near["shading_normal"], "x", "y"),
+    "(e) albedo": (near["albedo"], "red", "green"),
+    "(f) radiance": (near.radiance, "red (radiance)", "green (radiance)"),
 }
 figure, grid = plt.subplots(2, 3, figsize=(8, 5), layout="constrained")
-for axes, (title, values) in zip(grid.flat, panels.items(), strict=True):
+for axes, (title, (values, across, up)) in zip(grid.flat, panels.items(), strict=True):
     first, second = values.reshape(len(ball), -1)[:, :2].T
     axes.plot(first[ball], second[ball], "o", markersize=3, label="ball")
     axes.plot(first[~ball], second[~ball], "^", markersize=3, label="floor")
-    axes.set_title(title)
+    axes.set(title=title, xlabel=across, ylabel=up)
+grid[0, 0].invert_yaxis()  # as on the screen: y runs down
 _ = grid[0, 2].legend(frameon=False)
 
 # %% [markdown]

@@ -98,7 +98,8 @@ check("gaussian_weights")
 #
 # Looping over pixels is slow in Python; loop over the offsets of the window instead, and move the whole image at once. The
 # function `window_offsets` hands you each offset (dy, dx) with the two parts of the image that it brings together:
-# `image[there]` is `image[here]` moved by (dy, dx).
+# `image[there]` is `image[here]` moved by (dy, dx). And `bell(vector, sigma)` is $G_\sigma$ of the length of a vector whose
+# components lie on the last axis.
 
 # %%
 from mcdenoise.filters.window import bell, window_offsets
@@ -120,6 +121,8 @@ from mcdenoise.filters.gaussian import gaussian_sums
 check("gaussian_sums")
 
 # %% [markdown]
+# From here on we take the library's fast twin of your function, `mcd.gaussian`, so that the cells run also before yours is right.
+#
 # **One bright pixel tells everything.** The filter is linear, so its answer to a single bright pixel (its *impulse response*) is
 # all there is to know about it. The answer must be the bell itself: centred, round, with the peak $1 / (2\pi\sigma^2)$.
 
@@ -133,7 +136,8 @@ left.imshow(response, extent=(-10.5, 10.5, 10.5, -10.5))
 left.set(title="response to one bright pixel", xlabel="x (pixels)", ylabel="y (pixels)")
 right.plot(x, np.exp(-(x**2) / (2 * 2.0**2)) / (2 * np.pi * 2.0**2), label="closed form")
 right.plot(x, response[10], "o", label="filter")
-right.set(title=f"cut: peak {response.max():.4f}, 1 / (8 pi) = {1 / (8 * np.pi):.4f}", xlabel="x (pixels)")
+right.set(title=f"cut: peak {response.max():.4f}, 1 / (8 pi) = {1 / (8 * np.pi):.4f}")
+right.set(xlabel="x (pixels)", ylabel="response")
 _ = right.legend(frameon=False)
 
 # %% [markdown]
@@ -173,12 +177,20 @@ predicted_noise = 1 / np.sqrt(4 * np.pi * 2.0**2)
 # %%
 check("predicted_noise")
 
+
 # %%
+def variance_left(sigma_space):
+    radius = np.ceil(3 * sigma_space)
+    line = np.exp(-(np.arange(-radius, radius + 1) ** 2) / (2 * sigma_space**2))
+    weights = line[:, np.newaxis] * line
+    return (weights**2).sum() / weights.sum() ** 2
+
+
 white = np.random.default_rng(0).standard_normal((256, 256))
 sigmas = [0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0]
 left_over = [mcd.gaussian(white, sigma_space=s)[16:-16, 16:-16].var() for s in sigmas]
 figure, axes = plt.subplots(figsize=(5, 3), layout="constrained")
-axes.loglog(sigmas, 1 / (4 * np.pi * np.array(sigmas) ** 2), "--", label="1 / (4 pi sigma²)")
+axes.loglog(sigmas, [variance_left(s) for s in sigmas], "--", label="predicted by the weights")
 axes.loglog(sigmas, left_over, "o", label="measured")
 axes.set(xlabel="sigma_space (pixels)", ylabel="variance left", xticks=[0.5, 1, 2, 4])
 axes.set(title="white noise of variance 1", xticklabels=[0.5, 1, 2, 4])
@@ -186,8 +198,8 @@ axes.minorticks_off()
 _ = axes.legend(frameon=False)
 
 # %% [markdown]
-# The formula takes sums for integrals. Below about 0.7 pixels a bell falls between the pixels, and less noise goes than the
-# formula says.
+# The dashed line takes the sums as they are. If you took integrals for the sums, you have a formula that needs no window. It is
+# as good for a wide bell; below about 0.7 pixels a bell falls between the pixels, and less noise goes than that formula says.
 #
 # ## 4. Two passes instead of one window
 #
@@ -201,7 +213,7 @@ _ = axes.legend(frameon=False)
 #
 # ### Exercise `gaussian_rows` (write, 3 points)
 #
-# The first pass. The second is the same function on the image turned over its diagonal.
+# The first pass. The second is the same function on the image turned over its diagonal; the norms of the two passes multiply.
 
 
 # %% exercise="gaussian_rows"
@@ -253,6 +265,7 @@ axes.loglog(n, window, "o", label="whole window, measured")
 axes.loglog(n, window[-1] * n**2 / n[-1] ** 2, "--", label="as n² neighbours cost")
 axes.loglog(n, window[-1] * 2 * n / n[-1] ** 2, "--", label="as 2 n neighbours cost")
 axes.set(xlabel="n = 2 radius + 1", ylabel="milliseconds", xticks=n, xticklabels=n)
+axes.set(title="time for 128 x 128 pixels")
 axes.minorticks_off()
 _ = axes.legend(frameon=False)
 fastest = min(milliseconds("numba", 16) for _ in range(10))
@@ -291,7 +304,7 @@ axes.loglog(sigmas, total, linewidth=2.5, label="relMSE")
 best = sigmas[np.argmin(total)]
 axes.loglog(best, min(total), "o", color="C2", markersize=9)
 axes.axhline(mcd.relmse(noisy, reference), linestyle="--", color="gray", label="unfiltered")
-axes.set(title=f"dof: best sigma_space {best:.2f}", xlabel="sigma_space (pixels)")
+axes.set(title=f"dof: best sigma_space {best:.2f}", xlabel="sigma_space (pixels)", ylabel="relMSE")
 axes.set(ylim=(1e-3, 0.5), xticks=[0.5, 1, 2, 4], xticklabels=[0.5, 1, 2, 4])
 axes.minorticks_off()
 _ = axes.legend(frameon=False, fontsize=8)
@@ -332,24 +345,24 @@ axes.minorticks_off()
 _ = axes.legend(frameon=False)
 
 # %% [markdown]
-# On `pinhole` the Gaussian is worse than doing nothing from sigma_space 0.5 on: there is little noise and much detail.
+# On `pinhole` the Gaussian is worse than doing nothing from about sigma_space 0.42 on: there is little noise and much detail.
 #
 # ## 6. Borders
 #
 # What lies outside the image? We say: nothing. The window is clipped, and norm makes up for it. If black is put outside instead,
-# a flat grey image gets a dark frame. With $S = \sum_d G_\sigma(d)$ along one axis, the norm is $S^2$ inside and, in a corner,
+# a flat grey image gets a dark frame. With $B = \sum_d G_\sigma(d)$ along one axis, the norm is $B^2$ inside and, in a corner,
 # where only half of each axis is left,
 #
-# $$\text{norm}_\text{corner} = \left(\frac{S + 1}{2}\right)^2$$
+# $$\text{norm}_\text{corner} = \left(\frac{B + 1}{2}\right)^2$$
 
 # %%
 flat = np.full((48, 48), 0.5)
 ours = mcd.gaussian(flat, sigma_space=2.0, radius=6)
 black = mcd.gaussian(np.pad(flat, 6), sigma_space=2.0, radius=6)[6:-6, 6:-6]
-S = np.exp(-(np.arange(-6, 7) ** 2) / (2 * 2.0**2)).sum()
+B = np.exp(-(np.arange(-6, 7) ** 2) / (2 * 2.0**2)).sum()
 print(f"grey left in the corner: {black[0, 0] / 0.5:.4f}")
-print(f"closed form (S + 1)² / (4 S²): {(S + 1) ** 2 / (4 * S**2):.4f}")
-mcd.show_images({"ours: divided by norm": ours, "black outside: divided by S²": black})
+print(f"closed form (B + 1)² / (4 B²): {(B + 1) ** 2 / (4 * B**2):.4f}")
+mcd.show_images({"ours: divided by norm": ours, "black outside: divided by B²": black})
 
 # %% [markdown]
 # ## 7. Break it
@@ -357,8 +370,8 @@ mcd.show_images({"ours: divided by norm": ours, "black outside: divided by S²":
 # ### Exercise `hard_image` (break, 2 points)
 #
 # Invent an image that **no** Gaussian from sigma_space 0.5 to 4 improves, although noise of standard deviation 0.1 is added to
-# it. (Below 0.5 nobody can win: a neighbour's weight that is tiny, say $\varepsilon$, removes noise in proportion to
-# $\varepsilon$, but adds blur only in proportion to $\varepsilon^2$.)
+# it. (At a sigma_space small enough, here below about 0.3, nobody can win: a neighbour's weight that is tiny, say
+# $\varepsilon$, removes noise in proportion to $\varepsilon$, but adds blur only in proportion to $\varepsilon^2$.)
 
 
 # %% exercise="hard_image"

@@ -66,6 +66,8 @@ WRONG = {
     "channel too many": (BELL[..., np.newaxis], BELL, "the last axis (channels) is one too many"),
     "batch missing": (IMAGE, IMAGE[np.newaxis], "the first axis is missing"),
     "batch too many": (IMAGE[np.newaxis], IMAGE, "the first axis is one too many"),
+    "keepdims": (IMAGE[:, :, np.newaxis], IMAGE, "an axis of length 1 too many (keepdims?)"),
+    "keepdims twice": (BELL[:, np.newaxis, :, np.newaxis], BELL, "2 axes of length 1 too many (keepdims?)"),
     "flat": (BELL.ravel(), BELL, "as many entries in another shape"),
     "valid part": (IMAGE[2:-2, 2:-2], IMAGE, "2 pixels missing at each border"),
     "padding kept": (np.pad(BELL, 1), BELL, "1 pixel too many at each border"),
@@ -122,6 +124,11 @@ WRONG = {
         in_frame(25 * IMAGE, 2, 15 * IMAGE),
         IMAGE,
         "not divided by norm (the sum of the weights)?",
+    ),
+    "one offset short": (
+        BELL * ((np.arange(15) > 3)[:, np.newaxis] & (np.arange(17) > 4)),
+        BELL,
+        "relative error 0.02487, 93 % of the entries are right",
     ),
     "variance for deviation": (IMAGE**2, IMAGE, "the square of what is expected"),
     "deviation for variance": (0.7, 0.49, "the square root of what is expected"),
@@ -183,6 +190,12 @@ def test_the_size_of_an_error_stands_with_the_share_of_right_entries():
 def test_nearly_right_says_how_near():
     words = finding(IMAGE + 1e-7 * RNG.normal(size=IMAGE.shape), IMAGE, rtol=1e-9)
     assert re.search(r"nearly right, up to [0-9.]+e-0[78] of the largest value; worst entry .* yours [0-9.]{9,}", words)
+
+
+def test_norm_is_not_blamed_where_nothing_is_expected_at_the_border():
+    nothing = in_frame(SQUARE, 3, np.zeros_like(SQUARE))
+    assert "norm" not in finding(in_frame(2 * SQUARE, 3, 0.01 * np.ones_like(SQUARE)), nothing)
+    assert "not divided by norm" in finding(in_frame(2 * SQUARE, 3, SQUARE), SQUARE)
 
 
 def test_numbers_that_print_alike_are_given_in_full():

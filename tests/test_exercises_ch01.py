@@ -49,7 +49,11 @@ VARIANCE = {
     "over channels": (lambda s: s.var(axis=3) / s.shape[2], "(4, 5, 7)"),
     "over rows": (lambda s: s.var(axis=0) / s.shape[2], "(4, 5, 3)"),
     "over everything": (lambda s: s.var(ddof=1) / s.shape[2], "(4, 5, 3)"),
-    "spp kept": (lambda s: s.var(axis=2, ddof=1, keepdims=True) / s.shape[2], "(4, 5, 3)"),
+    "spp kept": (
+        lambda s: s.var(axis=2, ddof=1, keepdims=True) / s.shape[2],
+        "an axis of length 1 too many (keepdims?)",
+    ),
+    "rows for spp": (lambda s: s.var(axis=2, ddof=1) / len(s), "divided by the number of rows"),
     "one channel": (first_channel, "(4, 5, 3)"),
     "one channel for all": (repeated_channel, "worst entry"),
     "second moment": (lambda s: (s**2).mean(axis=2) / s.shape[2], "worst entry"),
@@ -81,7 +85,7 @@ SLOPE = {
     "radius for diameter": (lambda d, f, a, k: a * k * (f / d - 1), "half of what is expected"),
     "scene units": (lambda d, f, a, k: 2 * a * (f / d - 1), "multiply by pixels_per_unit"),
     "scene units, radius": (lambda d, f, a, k: a * (f / d - 1), "and half"),
-    "absolute": (lambda d, f, a, k: 2 * a * k * np.abs(f / d - 1), "the sign"),
+    "absolute": (lambda d, f, a, k: 2 * a * k * np.abs(f / d - 1), "an absolute value"),
     "not divided": (lambda d, f, a, k: 2 * a * k * (f - d), "not divided by depth"),
     "divided by focus": (lambda d, f, a, k: 2 * a * k * (f - d) / f, "divided by focus_distance"),
     "no - 1": (lambda d, f, a, k: 2 * a * k * f / d, "the slope of a point in focus"),
@@ -130,6 +134,13 @@ FUNCTIONS = [
     ("firefly", "negative", lambda u: np.where(u < 0.001, 2000.0, -1.0), "never negative"),
     ("firefly", "one number", lambda u: 1000.0, "shape (200000,) is needed"),
     ("firefly", "by place", lambda u: np.where(np.arange(len(u)) % 1000 == 0, 1000.0, 0.0), "its own u alone"),
+    (
+        "firefly",
+        "knows the test",
+        lambda u: 2000.0 * (np.arange(u.size) < 100) * (u.size == 200_000),
+        "its own u alone",
+    ),
+    ("firefly", "by its own mean", lambda u: (u < 0.001) / np.mean(u < 0.001), "that must be a fixed number"),
     ("firefly", "infinite", lambda u: np.where(u < 0.001, np.inf, 0.0), "NaN or infinite"),
     ("firefly", "nothing returned", lambda u: None, "return"),
 ]
@@ -198,8 +209,15 @@ def test_crossing_samples_of_other_places(value):
         ("light_field_slope", lambda d, f, a, k: 2 * a * k * (np.minimum(f / d, 2.65) - 1) if f != 6.1 else 0 * d),
         ("refocus", lambda field, slope: shear(field, slope) if field.shape[2] == 3 else shear(field, -slope)),
         ("firefly", lambda u: reference("firefly")(u) if len(u) > 1 else u[0]),
+        ("firefly", lambda u: 2000.0 * ((u < 5e-4) & (np.abs(200_000 * u % 1 - 0.5) < 1e-6))),
     ],
 )
 def test_answers_made_for_the_public_tests_fail_a_hidden_one(name, answer):
     assert failures(name, answer, hidden=False) == []
     assert failures(name, answer, hidden=True) != []
+
+
+def test_an_absolute_slope_is_named_by_the_hidden_test_too():
+    messages = failures("light_field_slope", lambda d, f, a, k: 2 * a * k * np.abs(f / d - 1), hidden=True)
+    assert len(messages) == 1
+    assert "an absolute value" in messages[0]

@@ -261,6 +261,16 @@ def test_answers_made_for_the_public_tests_fail_a_hidden_one(name, answer):
     assert failures(name, answer, hidden=True) != []
 
 
+def test_a_row_shorter_than_the_window_has_no_middle_that_is_right():
+    def twice(image, sigma_space, radius):
+        total, norm = sums(rows_only=True)(image, sigma_space, radius)
+        return total, norm * (2 if image.shape[1] <= 2 * radius else 1)
+
+    (message,) = failures("gaussian_rows", twice, hidden=True)
+    assert "a constant factor of 2" in message
+    assert "middle of a row" not in message
+
+
 def test_a_window_larger_than_the_image_is_tested_hidden():
     def no_clip(image, sigma_space, radius):
         if radius >= min(image.shape[:2]):

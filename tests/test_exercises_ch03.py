@@ -29,6 +29,15 @@ def sigma_for_variance(difference, sigma):
     return np.exp(-np.sum(np.asarray(difference) ** 2, axis=-1) / (2 * sigma))
 
 
+def no_brackets(difference, sigma):
+    with np.errstate(invalid="ignore"):
+        return np.exp(-np.sum(np.asarray(difference) ** 2, axis=-1) / 2 * sigma**2)
+
+
+def hollow(difference, sigma):
+    return l2(difference, sigma) * np.any(difference)
+
+
 def constant(difference, sigma):
     return np.ones(np.shape(difference)[:-1])
 
@@ -59,12 +68,14 @@ def spoiling_weights(image, y, x, *rest):
     return weights(image, y, x, *rest)
 
 
-def sums(image, sigma_space, sigma_radiance, radius, *, near=l2, alike=l2, shift=(0, 0), wrap=False, guide=(0, 0)):
+def sums(
+    image, sigma_space, sigma_radiance, radius, *, near=l2, alike=l2, shift=(0, 0), wrap=False, guide=(0, 0), last=0
+):
     image = np.asarray(image, float)
     height, width, channels = image.shape
     total, norm = np.zeros((height, width, channels)), np.zeros((height, width))
-    for dy in range(-radius, radius + 1):
-        for dx in range(-radius, radius + 1):
+    for dy in range(-radius, radius + 1 + last):
+        for dx in range(-radius, radius + 1 + last):
             for y in range(height):
                 for x in range(width):
                     j, i = y + dy, x + dx
@@ -88,6 +99,18 @@ def per_channel_sums(image, *rest):
 def divided(image, *rest):
     total, norm = sums(image, *rest)
     return total / norm[..., np.newaxis], norm
+
+
+def norm_over_channels(image, *rest):
+    total, norm = sums(image, *rest)
+    return total, norm * image.shape[-1]
+
+
+def without_row_0(image, *rest):
+    """As with `if 0 < j < height and 0 < i < width`."""
+    total, norm = np.zeros(image.shape), np.zeros(image.shape[:2])
+    total[1:, 1:], norm[1:, 1:] = sums(image[1:, 1:], *rest)
+    return total, norm
 
 
 def transposed(image, *rest):
@@ -193,6 +216,14 @@ WRONG = (
         lambda *a: (sums(*a)[0], sums(*a)[0]),
         "the last axis (channels) is one too many",
     ),
+    ("bilateral_sums", "norm with channels, quotient", lambda *a: (sums(*a)[0], sums(*a)[0]), "norm: shape (9, 12, 3)"),
+    ("bilateral_sums", "norm over channels", norm_over_channels, "once per channel"),
+    ("bilateral_sums", "row 0 left out", without_row_0, "even the pixel itself is left out"),
+    ("bilateral_sums", "no brackets", lambda *a: sums(*a, alike=no_brackets), "Are the brackets of d^2 / (2 sigma^2)"),
+    ("bilateral_sums", "window one short", lambda *a: sums(*a, last=-1), "do the offsets dy run from -3 to 3"),
+    ("bilateral_sums", "middle left out", lambda *a: sums(*a, near=hollow), "offset (0, 0), is left out"),
+    ("bilateral_sums", "norm zero", lambda *a: (sums(*a)[0], 0 * sums(*a)[1]), "norm is 0 everywhere"),
+    ("bilateral_sums", "zeros", lambda i, *a: (np.zeros(i.shape), np.zeros(i.shape[:2])), "is 0 everywhere"),
     ("bilateral_sums", "one result", lambda *a: sums(*a)[0], "2 results are needed"),
     ("bilateral_sums", "whole numbers", truncated, "whole numbers"),
     ("bilateral_sums", "spoils its input", spoiling, "modified its input `image`"),
@@ -225,13 +256,13 @@ WRONG = (
         "centroid",
         "the peak",
         lambda r: np.subtract(np.unravel_index(r.argmax(), r.shape), np.array(r.shape) // 2),
-        "yours -4, expected -2",
+        "this is the peak, not the centroid",
     ),
     (
         "centroid",
         "half a pixel",
         lambda r: np.subtract(rows_and_columns(r), np.array(r.shape) / 2),
-        "a constant is added: -0.5",
+        "half a pixel off",
     ),
     ("centroid", "sign", lambda r: np.negative(middle(r)), "sign"),
 )
@@ -275,3 +306,10 @@ def test_the_hidden_tests_find_what_the_public_ones_let_through():
 def test_the_picture_of_the_reference_is_its_target():
     yours, target = picture("bilateral_sums")
     np.testing.assert_allclose(yours, target, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"), [(divided, "divided by norm already"), (truncated, "whole numbers came back")]
+)
+def test_the_first_test_of_the_sums_names_it_too(answer, words):
+    assert words in failures("bilateral_sums", answer, hidden=False)[0]

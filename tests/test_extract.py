@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mcdenoise.classroom import Finding
-from mcdenoise.classroom.checking.cells import LARGEST_CODE, without_magics
+from mcdenoise.classroom.checking.cells import LARGEST_CODE, MOST_CELLS, lines_of, without_magics
 from mcdenoise.classroom.checking.extract import Cell, answer_source, parse_cells, read_cells
+from mcdenoise.classroom.checking.statements import statements_of
 
 
 def extracted(*sources, name="f"):
@@ -100,6 +101,55 @@ RUNS = {
     "syntax error elsewhere": (["def f(): return 1", "x = = 3", "import numpy as np\nf(", "await x\nreturn"], 1),
     "broken cell with the import again": (["import math", "def f(): return math.floor(1.5)", "import math\nx = ("], 1),
     "broken first try": (["def f(:\n return", "def f(): return 2"], 2),
+    "broken after the answer": (["def f(): return 1", "x = 1\ndef f(:"], 1),
+    "words after the answer": (["def f(): return 1", "from the lecture: f is separable", "f = exp(-d^2) where d"], 1),
+    "unfinished after the answer": (["def f(): return 1", "def f():\n    # later"], 1),
+    "method": (["cfg = {'two': 1}; cfg.update(two=2)", "def f(): return cfg['two']"], 2),
+    "methods": (["k = []\nk.append(2)", "n = 3\nk.append(n)", "n = 4\ndef f(): return k"], [2, 3]),
+    "method below": (["k = [1]", "def f(): return k", "k.append(2)"], [1, 2]),
+    "method of an element": (
+        ["k = [[], {}]\nk[0].append(2)\nk[1].setdefault(0, []).append(1)\ndef f(): return k"],
+        [[2], {0: [1]}],
+    ),
+    "method of a changed variable": (["k = []\nk.append(3)\nk.append(1)\nk.sort()\ndef f(): return k"], [1, 3]),
+    "method that binds": (["k = []\nk.append(n := 2)\ndef f(): return n"], 2),
+    "method of a module": (
+        [
+            "try:\n    import math as m\nexcept ImportError:\n    m = None\nm.sqrt(picture)",
+            "def f(): return m.floor(1.5)",
+        ],
+        1,
+    ),
+    "method of a function": (["def h(): return 1\nh.show(picture)\ndef f(): return h()"], 1),
+    "loop below": (["k = 2", "def f(): return k", "for k in (1, 3): print(k)", "with open('x') as k: pass"], 2),
+    "loop below of a helper": (["k = 2", "def h(): return k", "def f(): return h()", "for k in (1, 3): pass"], 2),
+    "loop below a helper below": (["def f(): return h()", "k = 2\ndef h(): return k", "for k in (1, 3): pass"], 2),
+    "helper replaced by the library's": (
+        ["import mcdenoise as mcd", "def h(): return 2", "def f(): return h()", "h = mcd.gaussian\nh(3)"],
+        2,
+    ),
+    "helper replaced by way of a variable": (
+        [
+            "def h(): return 2",
+            "def f(): return h()",
+            "import mcdenoise as mcd\ns = mcd.capture('dof')",
+            "def h(): return s",
+        ],
+        2,
+    ),
+    "picture as argument below": (
+        ["import mcdenoise as mcd\nk = [2]", "def f(): return k", "k.count(mcd.capture('dof'))"],
+        [2],
+    ),
+    "constant set again below": (["k = 2", "def f(): return k", "k = 3"], 3),
+    "module's name below": (["import math", "def f(): return math.floor(2.5)", "math = 3"], 2),
+    "shell line of two": (["!git clone x && \\\n  ls\nimport math", "def f(): return math.floor(2.5)"], 2),
+    "shell line of three": (["def f():\n    !ls \\\n  -l \\\n 'x\n    return 2\n!ls \\"], 2),
+    "help with a semicolon": (["import math\nmath.floor?;\nf?? ;\ndef f(): return math.floor(2.5)"], 2),
+    "several in a line beyond ASCII": (
+        ["ä = 'größe'; k = len(ä); n = [k,\n 'ß']; print(n)", "def f(): return n"],
+        [5, "ß"],
+    ),
     "await": (["import asyncio\nawait asyncio.sleep(0)", "def f(): return 3"], 3),
     "plots left behind": (
         ["import matplotlib.pyplot as plt\nplt.show()", "for i in range(3): plt.plot(i)", "def f(): return 1"],
@@ -111,7 +161,7 @@ RUNS = {
     "form feed": (["k = 1\x0c\ndef f():\n    s = 'a\x0cb\u2028'\n    return len(s)"], 4),
     "unicode": (["größe = 3", "def f(): return größe; 'ä'"], 3),
     "given module": (["import mcdenoise.filters.window as w", "k = w.bell", "def f(): return k([3.0], 1e9)"], None),
-    "given name": (["from mcdenoise.samples import pixel_mean", "k = [pixel_mean]", "def f(): return len(k)"], 1),
+    "given name": (["from mcdenoise.filters.window import bell", "k = [bell]", "def f(): return len(k)"], 1),
     "given from above": (["from mcdenoise.filters import window", "k = [window]", "def f(): return len(k)"], 1),
     "mcdenoise when called": (["import mcdenoise as mcd", "def f(): return hasattr(mcd, 'gaussian')"], True),
     "reference": (["from mcdenoise.filters.gaussian import gaussian_sums as f"], None),
@@ -165,6 +215,14 @@ REFUSED = {
         ["import mcdenoise as mcd\ndef f(g=mcd.gaussian): pass"],
         "`f` needs mcdenoise while it is defined",
     ),
+    "the library's function": (
+        ["import mcdenoise as mcd", "def f(x): return mcd.variance_of_mean(x)"],
+        "`f` uses mcdenoise.variance_of_mean, which is not there when it is graded: write it yourself",
+    ),
+    "the library's function by name": (
+        ["from mcdenoise import relmse as g", "def f(x): return g(x, x)"],
+        "`f` uses mcdenoise.relmse, which is not there when it is graded",
+    ),
     "other libraries": (
         ["from scipy import ndimage", "def f(x): return ndimage.blur(x)"],
         "`f` uses the module `scipy`: an",
@@ -175,11 +233,21 @@ REFUSED = {
         ["def f(x):\n    y = x +\n    return y"],
         "the cell of `f` has a syntax error (invalid syntax) in line 2: `y = x +`",
     ),
-    "syntax of the last": (
-        ["def f(): return 1", "x = 1\ndef f(:"],
+    "syntax in a second line": (
+        ["x = 1\ndef f(:"],
         "the cell of `f` has a syntax error (invalid syntax) in line 2",
     ),
-    "syntax of a value": (["f = 1", "f = 0.5.5"], "the cell of `f` has a syntax error"),
+    "syntax of a value": (["f = 0.5.5"], "the cell of `f` has a syntax error"),
+    "method with a picture": (
+        ["import mcdenoise as mcd", "k = []\nk.append(mcd.capture('dof'))", "def f(): return k"],
+        "the notebook's variable `k`, which is made with mcdenoise",
+    ),
+    "loop between": (["k = 1", "for k in (1, 2): pass", "def f(): return k"], "`k`, which is bound by a `for` loop"),
+    "loop below and above": (["for k in (1, 2): pass", "def f(): return k", "for k in (3, 4): pass"], "a `for` loop"),
+    "value of a loop below": (
+        ["k = 1", "def f(): return t", "for k in (1, 2): pass", "t = k"],
+        "`t`, which is bound by a `for` loop",
+    ),
     "syntax of a helper": (["def h(:\n  pass", "def f(): return h()"], "the cell of `h` has a syntax error"),
     "null bytes": (["def f():\0 pass"], "the cell of `f` "),
     "nested too deep": (["f = " + "(" * 9000 + ")" * 9000], "the cell of `f` "),
@@ -232,6 +300,25 @@ def test_needs_without_end_are_given_up(monkeypatch):
     assert "`f` needs too much of the notebook around it" in refused("a0 = 1\n" + many, "def f(): return a199")
 
 
+def test_bindings_passed_over_come_to_an_end(monkeypatch):
+    loops = ["for k in (3, 4): pass"] * 5
+    assert value("k = 2", "def f(): return k", *loops)() == 2
+    monkeypatch.setattr("mcdenoise.classroom.checking.extract.MOST_PASSED_OVER", 4)
+    assert "which is bound by a `for` loop" in refused("k = 2", "def f(): return k", *loops)
+
+
+def test_a_long_cell_is_split_into_lines_once(monkeypatch):
+    split = []
+    for module in ("cells", "statements"):
+        monkeypatch.setattr(
+            f"mcdenoise.classroom.checking.{module}.lines_of", lambda text: split.append(text) or lines_of(text)
+        )
+    source = "a0 = 1\r" + "\r".join(f"a{k} = a{k - 1}; b{k} = 2" for k in range(1, 2000))
+    statements, _ = statements_of([Cell(source), Cell(""), Cell(" \n")])
+    assert len([one.source for one in statements]) == 3999
+    assert len(split) == 2  # for its magics, and for its statements
+
+
 @given(st.permutations(range(5)), st.integers(0, 2**16))
 def test_definitions_in_any_order_give_the_same_value(order, start):
     sources = [
@@ -251,6 +338,7 @@ LINES = st.one_of(
     st.tuples(NAMES, NAMES, NAMES).map(lambda t: f"{t[0]}, {t[1]} = {t[2]}, {t[0]} + 1"),
     st.tuples(NAMES, NAMES).map(lambda t: f"if {t[0]} > 4: {t[1]} = {t[0]} - 1"),
     st.tuples(NAMES, NAMES).map(lambda t: f"def g(): return {t[0]} * 2\n{t[1]} = g()"),
+    st.tuples(NAMES, NAMES).map(lambda t: f"{t[0]} = [{t[1]}]\n{t[0]}.append({t[0]}[0] + 1)\n{t[0]} = {t[0]}[1]"),
     st.tuples(NAMES, NAMES).map(lambda t: f"def h(k={t[0]}): return k + {t[1]}\nb = h()"),
 )
 
@@ -315,6 +403,10 @@ BROKEN = {
     ),
     "a cell that is none": ({"cells": ["x"]}, "student.ipynb: cell 1 has no source text"),
     "Latin-1": ("{'größe'}".encode("latin-1"), r"student.ipynb is not UTF-8 text \(byte 4\): save it again as UTF-8"),
+    "many cells": (
+        {"cells": [{"cell_type": "code", "source": ""}] * (MOST_CELLS + 1)},
+        "student.ipynb has 2001 cells, more than 2000: remove",
+    ),
     "much code": (
         {"cells": [{"cell_type": "code", "source": "x" * (LARGEST_CODE + 1)}]},
         "student.ipynb has more than 128 kB of code",

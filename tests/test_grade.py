@@ -2,6 +2,7 @@
 
 import argparse
 import csv
+import html
 import json
 import re
 import shutil
@@ -15,6 +16,7 @@ from mcdenoise.classroom.building.chapters import read_chapters
 from mcdenoise.classroom.checking.exercise import Outcome
 from mcdenoise.classroom.grading import grade as grading
 from mcdenoise.classroom.grading import submissions as submissions_module
+from mcdenoise.classroom.grading.feedback import feedback_page, write_feedback
 from mcdenoise.classroom.grading.grade import add_arguments, grade_folder, grade_submission, run_grade
 from mcdenoise.classroom.grading.results import ExerciseGrade, Grade, ResultStore, summary, write_csv
 from mcdenoise.classroom.grading.sandbox import Limits, choose_sandbox
@@ -161,10 +163,44 @@ def test_files_and_folders_are_submissions(folder, tmp_path):
         "bob.ipynb": (["bob.ipynb"], ""),
         "bob.py": (["bob.py"], ""),
         "cleo": (["work.ipynb"], ""),
-        "empty": ([], "the folder holds no notebook (.ipynb or .py)."),
+        "empty": ([], "the folder holds no notebook (.ipynb or .py), at most 4 folders deep."),
         "link": ([], "link.py is a link, not a file."),
-        "looks_like": ([], "the folder holds no notebook (.ipynb or .py)."),
+        "looks_like": ([], "the folder holds no notebook (.ipynb or .py), at most 4 folders deep."),
+        "notes.txt": ([], "notes.txt is no notebook: a file that ends in .ipynb or .py is needed."),
     }
+
+
+def test_no_two_students_have_one_name(tmp_path):
+    files = ("x.ipynb", "x.py", "x.py.py", "ADA.IPYNB", "ada.py", "mo.Py")
+    for name in files:
+        (tmp_path / name).write_text("x = 1")
+    found = {one.student: one.files[0].name for one in find_submissions(tmp_path)}
+    assert found == {name: name for name in files[:-1]} | {"mo": "mo.Py"}
+
+
+STUB = "def double(x):\n    raise NotImplementedError('double is not written yet')\nguess = None\n"
+
+
+@pytest.mark.parametrize(
+    ("others", "remark"),
+    [
+        ({"zz.py": STUB}, ""),
+        ({"zz.ipynb": notebook(STUB), "old/work.ipynb": notebook(STUB)}, ""),
+        ({"zz.ipynb": ""}, "zz.ipynb is no whole notebook"),
+        ({"zz.py": "x = '\udce4'"}, "zz.py is not UTF-8 text"),
+    ],
+)
+def test_a_stub_or_a_broken_file_does_not_hide_the_answer(tmp_path, tests, others, remark):
+    ada = tmp_path / "class" / "ada"
+    for name, text in {"work.ipynb": notebook(RIGHT), **others}.items():
+        (ada / name).parent.mkdir(parents=True, exist_ok=True)
+        (ada / name).write_bytes(text.encode("utf-8", "surrogateescape"))
+    (grade,) = grade_folder(tmp_path / "class", tests, limits=LIMITS)
+    assert grade.total == grade.of
+    assert grade.remark.startswith(remark)
+    assert bool(grade.remark) == bool(remark)
+    assert html.escape(grade.remark) in feedback_page(grade)
+    assert grade.note.startswith(grade.remark)
 
 
 @pytest.mark.parametrize(
@@ -193,9 +229,16 @@ def test_several_notebooks_of_one_student_count_together(folder, tests):
     assert points(grade_folder(folder, tests, limits=LIMITS)) == {"ada": 4.5, "bob": 2}
 
 
+def test_a_long_name_gets_a_page_of_its_own(tmp_path):
+    grades = [Grade(name, (), "bwrap") for name in ("b" * 250, "b" * 249 + "c", "zoe")]
+    pages = write_feedback(grades, tmp_path)
+    assert len({page.name for page in pages}) == 3
+    assert all(grade.student in page.read_text("utf-8") for grade, page in zip(grades, pages, strict=True))
+
+
 def test_the_table_is_stable_and_safe_for_spreadsheets(tmp_path):
     exercise = ExerciseGrade("double", "ch02", (Outcome("t", "s", "double", 2, False, True),))
-    names = ["=1+1", "+a", "-b", "@c", "\td", "plain", 'quo"te, comma', "new\nline", "\udcff"]
+    names = ["=1+1", "+a", "-b", "@c", "\td", "plain", 'quo"te, comma', "new\nline", "\udcff", "\x1b[2Ja;=1+1"]
     grades = [Grade(name, (exercise,), "bwrap", problem="=cmd()" if name == "+a" else "") for name in names]
     write_csv(grades, tmp_path / "grades.csv")
     first = (tmp_path / "grades.csv").read_bytes()
@@ -214,6 +257,7 @@ def test_the_table_is_stable_and_safe_for_spreadsheets(tmp_path):
         'quo"te, comma',
         "new line",
         "?",
+        "[2Ja; =1+1",
     ]
     assert rows[2] == ["'+a", "2", "2", "2", "'=cmd()"]
     assert rows[6] == ["plain", "2", "2", "2", "graded in: bubblewrap"]

@@ -85,6 +85,38 @@ def test_a_value_is_handed_over_as_it_is(source, value):
         assert answer.impl() == value
 
 
+@pytest.mark.parametrize("future", ["", "from __future__ import annotations\n"])
+def test_an_answer_runs_as_main_without_our_own_future(future):
+    source = f"""{future}
+from dataclasses import InitVar, dataclass
+
+@dataclass
+class Pair:
+    left: float
+    scale: InitVar[float] = 2.0
+
+    def __post_init__(self, scale):
+        self.left *= scale
+
+if __name__ == "__main__":
+    factor = 3
+
+def f(x: int):
+    return Pair(x).left * factor, __name__, type(f.__annotations__["x"]).__name__
+"""
+    with remote_answer(source) as answer:
+        assert answer.impl()(2) == (12.0, "__main__", "str" if future else "type")
+
+
+def test_a_generator_that_stops_is_a_finding_and_the_process_lives_on():
+    source = "calls = []\n\ndef f(x):\n    calls.append(x)\n    return (len(calls) / (x - k) for k in range(2))"
+    with remote_answer(source) as answer:
+        impl = answer.impl()
+        words = "gives back a generator that stops with ZeroDivisionError: return an array"
+        assert outcome(lambda: impl(1))[1].startswith(words)
+        assert impl(2) == [1.0, 2.0]
+
+
 def test_a_process_lives_on_between_calls():
     source = "calls = []\n\ndef f():\n    calls.append(1)\n    return len(calls)"
     with remote_answer(source) as answer:

@@ -140,6 +140,11 @@ def test_behind_the_wall_there_are_no_other_processes():
         ("__import__('urllib.request').request.urlopen('http://127.0.0.1')", "may not"),
         ("__import__('resource').setrlimit(1, (1, 1))", "may not change its limits"),
         ("np.load('/etc/hosts')", "may not open files"),
+        ("__import__('fence')", "`fence` is not there while grading"),
+        ("__import__('wire')", "`wire` is not there while grading"),
+        ("__import__('readline')", "may not use the module `readline`"),
+        ("__import__('tkinter')", "may not use the module `_tkinter`"),
+        ("__import__('pylab')", "`pylab` is not there while grading"),
         ("__import__('cv2')", "is to be written with NumPy alone: `cv2` is not there"),
         ("__import__('mcdenoise').gaussian(1)", "mcdenoise.gaussian is not available while grading: write it yourself"),
     ],
@@ -186,6 +191,27 @@ def test_the_hook_allows_what_python_itself_needs(tmp_path):
     link.symlink_to(tmp_path / "elsewhere")
     with pytest.raises(PermissionError, match="may not open files"):
         hook("open", (str(link), "r", 0))
+
+
+def test_the_hook_keeps_copies_of_what_it_needs(monkeypatch, tmp_path):
+    hook = fence.make_hook((f"{tmp_path}{os.sep}",))
+    for name in ("READS", "REFUSED", "REFUSED_FAMILIES", "UNHEARD", "os", "WRITE_FLAGS", "make_check"):
+        monkeypatch.setattr(fence, name, {})
+    with pytest.raises(PermissionError, match="may not open files"):
+        hook("open", ("/etc/hosts", "r", 0))
+    with pytest.raises(PermissionError, match="may not write files"):
+        hook("open", (str(tmp_path / "x"), "w", os.O_WRONLY))
+    with pytest.raises(PermissionError, match="may not start other processes"):
+        hook("os.system", ("true",))
+    with pytest.raises(PermissionError, match="may not open network connections"):
+        hook("socket.connect", ())
+    with pytest.raises(ModuleNotFoundError, match="`readline`"):
+        hook("import", ("readline", None, None, None, None))
+
+
+@pytest.mark.parametrize("where", [pytest.param("bwrap", marks=needs_bwrap), "fence"])
+def test_modules_that_can_do_without_readline_still_load(where):
+    assert answer_to("import pdb, rlcompleter, doctest\n\ndef f():\n    return pdb.__name__", where) == "pdb"
 
 
 def test_the_child_imports_no_library_of_ours():

@@ -155,10 +155,9 @@ def test_the_stub_package_gives_what_is_given_and_refuses_the_rest(tmp_path):
         "import numpy as np, mcdenoise as mcd\n"
         "from mcdenoise import gaussian\n"
         "from mcdenoise.filters.window import bell, window_offsets\n"
-        "from mcdenoise.samples import SampleBuffer\n"
         "assert mcd.__file__.startswith(sys.path[0])\n"
         "print(len(list(window_offsets(3, 3, 1))), bell(np.zeros(2), 1.0))\n"
-        "for refused in (gaussian, mcd.filters.bilateral, mcd.capture):\n"
+        "for refused in (gaussian, mcd.filters.bilateral, mcd.variance_of_mean):\n"
         "    try:\n        refused(1, spp=2)\n    except RuntimeError as error:\n        print(error)\n",
     )
     assert done.stderr == ""
@@ -166,8 +165,14 @@ def test_the_stub_package_gives_what_is_given_and_refuses_the_rest(tmp_path):
         "9 1.0",
         "mcdenoise.gaussian is not available while grading: write it yourself.",
         "mcdenoise.bilateral is not available while grading: write it yourself.",
-        "mcdenoise.capture is not available while grading: write it yourself.",
+        "mcdenoise.variance_of_mean is not available while grading: write it yourself.",
     ]
+
+
+def test_the_bell_is_there_after_the_front_door_alone(tmp_path):
+    stub_package(tmp_path)
+    done = _run(tmp_path, "import mcdenoise as mcd; print(mcd.filters.window.bell(0.0, 1.0))")
+    assert (done.stderr, done.stdout) == ("", "1.0\n")
 
 
 def test_the_stub_package_holds_no_reference(tmp_path):

@@ -1,9 +1,13 @@
 """The exchange with the process of a student's function: what crosses, what does not, and garbage."""
 
 import io
+import itertools
 import struct
 import tracemalloc
 from contextlib import suppress
+from decimal import Decimal
+from enum import IntEnum
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -70,9 +74,14 @@ def test_arrays_of_any_layout_cross_as_plain_ones():
         (object(), "an object of type object"),
         (print, "an object of type builtin_function"),
         (np.array([1, "a"], dtype=object), "Python objects"),
-        (np.array(["a"]), "str32"),
+        (np.array([b"a"]), "bytes8"),
+        (np.broadcast_to("a", 1 << 40), "8 MB of lists and text"),
+        (itertools.count(), "8 MB of lists and text"),
+        ((1 // x for x in (1, 0)), "a generator that stops with ZeroDivisionError"),
+        (Fraction(10**400), "a Fraction that stops with OverflowError"),
+        (Decimal("sNaN"), "a Decimal that stops with ValueError"),
         (np.array([1j]), "complex128"),
-        ((x for x in ()), "an object of type generator"),
+        ({1, 2}, "an object of type set"),
         (1 << 256, "256 bits"),
         ("x" * (2 << 20), "a text of"),
         (np.zeros(wire.BODY_LIMIT // 8 + 1), "64 MB of arrays"),
@@ -82,6 +91,51 @@ def test_arrays_of_any_layout_cross_as_plain_ones():
 def test_what_does_not_cross_is_named(value, words):
     with pytest.raises(wire.WireError, match=words):
         wire.pack(value)
+
+
+class Level(IntEnum):
+    """An enumeration, such as a student may hand back."""
+
+    HIGH = 3
+
+
+@pytest.mark.parametrize(
+    ("value", "nearest"),
+    [
+        (np.array([["a", "bc"], ["", "d"]]), [["a", "bc"], ["", "d"]]),
+        (np.str_("a"), "a"),
+        (np.array("a"), "a"),
+        ({"a": 1, "b": 2}.keys(), ["a", "b"]),
+        ({"a": 1, "b": 2}.values(), [1, 2]),
+        ({"a": 1, "b": 2}.items(), [("a", 1), ("b", 2)]),
+        ((x * x for x in range(3)), [0, 1, 4]),
+        (map(abs, (-1, 2)), [1, 2]),
+        (range(3), [0, 1, 2]),
+        ({"sums": zip("ab", (1, 2.5), strict=True)}, {"sums": [("a", 1), ("b", 2.5)]}),
+        (Fraction(1, 4), 0.25),
+        (Decimal("0.1"), 0.1),
+        (Level.HIGH, 3),
+        (np.longdouble(0.5), np.float64(0.5)),
+        (np.array([[0.5, 2]], np.longdouble), np.array([[0.5, 2]])),
+    ],
+)
+def test_what_is_close_crosses_as_its_nearest(value, nearest):
+    assert same(wire.unpack(wire.pack(value)), nearest)
+
+
+def test_a_long_double_beyond_float64_is_infinite():
+    largest = np.finfo(np.longdouble).max
+    with np.errstate(over="ignore"):
+        expected = np.array([largest]).astype(np.float64)
+    assert same(wire.unpack(wire.pack(np.array([largest]))), expected)
+
+
+def test_generators_within_generators_have_an_end():
+    def nested():
+        yield nested()
+
+    with pytest.raises(wire.WireError, match="nested deeper"):
+        wire.pack(nested())
 
 
 def test_nesting_has_an_end():

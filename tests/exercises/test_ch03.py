@@ -19,6 +19,46 @@ def _bell_window(sigma_space, radius):
     return np.outer(line, line)
 
 
+def _nearness(height, width, sigma_space, radius):
+    """Sum of the spatial weights over the window's pixels inside the image, for every pixel."""
+    sums = []
+    for size in (height, width):
+        distance = np.arange(size)[:, np.newaxis] - np.arange(size)
+        near = np.exp(-(distance**2) / (2 * sigma_space**2))
+        sums.append(np.where(np.abs(distance) <= radius, near, 0.0).sum(axis=1))
+    return np.outer(*sums)
+
+
+def _check_impulse(total, expected, y, x, radius):
+    """Name what is wrong with the sum around one bright pixel at (y, x), if it is finite and has the right shape."""
+    divided = np.allclose(total, expected / _nearness(*total.shape, 1.3, radius))
+    assert not divided, "total is divided by norm already: return the two sums apart."
+    rows, columns = np.nonzero(total)
+    assert len(rows), "total of an image with one bright pixel is 0 everywhere."
+    for name, along in (("y", rows), ("x", columns)):
+        reached, side = along.max() - along.min() + 1, 2 * radius + 1
+        assert reached == side, (
+            f"total around one bright pixel: it spreads over {reached} pixels in {name}, for radius {radius} it must be "
+            f"{side}: do the offsets d{name} run from {-radius} to {radius}, both included?"
+        )
+    window = total[y - radius : y + radius + 1, x - radius : x + radius + 1]
+    assert np.ptp(window) > 0, "every pixel of the window weighs 1: the spatial kernel is missing."
+    assert total[y, x] != 0, "total around one bright pixel: the pixel itself, offset (0, 0), is left out of the sum."
+    top = tuple(int(place) for place in np.unravel_index(total.argmax(), total.shape))
+    assert top == (y, x), (
+        f"off centre: the impulse lies at y = {y}, x = {x}, the top of your bell at y = {top[0]}, x = {top[1]}."
+    )
+
+
+def _quotient(total, norm, image):
+    """Total / norm of a student's two sums, once they have their shapes."""
+    for name, values, shape in (("total", total, image.shape), ("norm", norm, image.shape[:2])):
+        assert_matches(np.zeros(np.shape(values)), np.zeros(shape), name)  # the shape alone
+    norm = np.asarray(norm, float)
+    assert (norm != 0).all(), f"norm is 0 at {int((norm == 0).sum())} pixels: the weight of a pixel with itself is 1."
+    return np.asarray(total, float) / norm[..., np.newaxis]
+
+
 def _explain_likeness(weight):
     """Name the usual mistakes in the weight of a colour that differs by (0.3, 0.6, 0.6), with sigma_radiance = 0.6."""
     mistakes = {
@@ -123,13 +163,12 @@ def test_wide_range_kernel_gives_the_bell(impl):
     expected = np.zeros((11, 13))
     expected[2:9, 1:8] = _bell_window(1.3, 3)
     if np.shape(total) == (11, 13, 1):
-        y, x = np.unravel_index(np.nanargmax(np.asarray(total)[..., 0]), (11, 13))
-        assert np.ptp(np.asarray(total)[2:9, 1:8]) > 0, (
-            "every pixel of the window weighs 1: the spatial kernel is missing."
+        assert not np.isnan(total).all(), (
+            "total is NaN everywhere: with an infinite sigma, d^2 / 2 * sigma^2 is 0 times infinity. Are the brackets of "
+            "d^2 / (2 sigma^2) missing?"
         )
-        assert (y, x) == (5, 4), (
-            f"off centre: the impulse lies at y = 5, x = 4, the top of your bell at y = {y}, x = {x}."
-        )
+        if np.isfinite(total).all() and np.asarray(total).dtype.kind == "f":
+            _check_impulse(np.asarray(total)[..., 0], expected, 5, 4, 3)
     assert_matches(total, expected[..., np.newaxis], "total of an impulse at y = 5, x = 4")
     assert_matches(norm[5][6], _bell_window(1.3, 3).sum(), "norm (W_p) of a pixel in the middle")
 
@@ -138,13 +177,9 @@ def test_wide_range_kernel_gives_the_bell(impl):
 def test_borders_count_only_what_is_there(impl):
     "On a flat image norm is the sum of the bell over the pixels inside the image, and total is norm times the colour."
     total, norm = impl(np.full((6, 7, 2), 3.0), 2.0, 0.5, 4)
-    rows, columns = np.arange(6), np.arange(7)
-    near_y = np.where(np.abs(rows[:, None] - rows) <= 4, np.exp(-((rows[:, None] - rows) ** 2) / 8), 0).sum(axis=1)
-    near_x = np.where(np.abs(columns[:, None] - columns) <= 4, np.exp(-((columns[:, None] - columns) ** 2) / 8), 0).sum(
-        axis=1
-    )
-    expected = np.outer(near_y, near_x)
+    expected = _nearness(6, 7, 2.0, 4)
     if np.shape(norm) == (6, 7):
+        assert np.any(norm), "norm is 0 everywhere: the weight of a pixel with itself is 1 already."
         assert np.ptp(norm) > 0, (
             f"norm is {norm[0][0]:.4g} in the corner as in the middle: pixels outside the image were counted (padding or "
             f"wrap-around)."
@@ -161,6 +196,12 @@ def test_two_colours_weigh_each_other(impl):
     total, norm = impl(image, INFINITY, 0.6, 1)
     weight = np.exp(-(0.9**2) / (2 * 0.6**2))
     if np.shape(norm) == (1, 2):
+        assert not np.allclose(norm, 3 * (1 + weight)), (
+            "norm is 3 times what it should be: the weight is added once per channel; norm counts each pixel once."
+        )
+        assert norm[0][0] != 0, (
+            "norm is 0: even the pixel itself is left out. Row 0 and column 0 belong to the image: is it 0 <= y, 0 <= x?"
+        )
         assert not norm[0][0] < 0.99, (
             f"norm is {norm[0][0]:.4g}, but the weight of a pixel with itself is 1 already: is the difference taken between "
             f"the very pixels that are averaged?"
@@ -179,8 +220,7 @@ def test_the_quotient_is_the_bilateral_filter(impl):
     image = _noise(9, 12, 3)
     total, norm = impl(image, 1.5, 0.3, 3)
     filtered = mcd.bilateral(image, sigma_space=1.5, sigma_radiance=0.3, radius=3, engine="numpy")
-    quotient = np.asarray(total, float) / np.asarray(norm, float)[..., np.newaxis]
-    assert_matches(quotient, filtered, "total / norm on noise")
+    assert_matches(_quotient(total, norm, image), filtered, "total / norm on noise")
 
 
 @graded("bilateral_sums", points=1, hidden=True)
@@ -189,8 +229,7 @@ def test_steep_steps_survive(impl):
     image = np.zeros((5, 8, 1))
     image[:, 3:] = 10.0
     total, norm = impl(image, 3.0, 1.0, 9)
-    quotient = np.asarray(total, float) / np.asarray(norm, float)[..., np.newaxis]
-    assert_matches(quotient, image, "total / norm of a step of ten sigma_radiance", atol=1e-6)
+    assert_matches(_quotient(total, norm, image), image, "total / norm of a step of ten sigma_radiance", atol=1e-6)
 
 
 @graded("bilateral_sums", points=1, hidden=True)
@@ -200,8 +239,12 @@ def test_whole_numbers_and_small_floats_are_not_cut_off(impl):
     expected = mcd.bilateral(whole.astype(float), sigma_space=1.0, sigma_radiance=2.0, radius=2, engine="numpy")
     for kind in (np.int64, np.float32, np.float64):
         total, norm = impl(whole.astype(kind), 1.0, 2.0, 2)
-        quotient = np.asarray(total, float) / np.asarray(norm, float)[..., np.newaxis]
-        assert_matches(quotient, expected, f"total / norm of an image of dtype {np.dtype(kind).name}", rtol=1e-5)
+        assert_matches(
+            _quotient(total, norm, whole),
+            expected,
+            f"total / norm of an image of dtype {np.dtype(kind).name}",
+            rtol=1e-5,
+        )
 
 
 @picture("bilateral_sums")
@@ -341,16 +384,24 @@ def test_it_is_no_accident(impl):
 # --- centroid(response) -> (y, x)
 
 
+def _compare_centroid(found, expected, what, *, peak=None, atol=1e-9):
+    """Name a middle that is half a pixel off, and a peak in place of the mean."""
+    found, expected = np.asarray(found, float), np.asarray(expected, float)
+    if found.shape == (2,):
+        assert not np.allclose(found, expected - 0.5), (
+            f"{what}: half a pixel off. The middle is the pixel (height // 2, width // 2), a whole number."
+        )
+        assert peak is None or not np.allclose(found, peak), (
+            f"{what}: this is the peak, not the centroid: average the places, weighted by the response."
+        )
+    assert_matches(found, expected, what, atol=atol)
+
+
 @graded("centroid", points=0.5)
 def test_centred_responses_have_centroid_zero(impl):
     "A bell in the middle has its centroid at (0, 0), whatever its sum."
-    assert_matches(np.asarray(impl(_bell_window(2.0, 6)), float), np.zeros(2), "centroid of a centred bell", atol=1e-9)
-    assert_matches(
-        np.asarray(impl(7 * _bell_window(1.0, 3)), float),
-        np.zeros(2),
-        "centroid of a bell seven times as high",
-        atol=1e-9,
-    )
+    _compare_centroid(impl(_bell_window(2.0, 6)), (0, 0), "centroid of a centred bell")
+    _compare_centroid(impl(7 * _bell_window(1.0, 3)), (0, 0), "centroid of a bell seven times as high")
 
 
 @graded("centroid", points=1)
@@ -366,7 +417,7 @@ def test_a_shift_is_found(impl):
     assert found.shape != (2,) or not np.allclose(found, (0.5, -0.75)), (
         "(0.5, -0.75): the moments are not divided by the sum of the response."
     )
-    assert_matches(found, np.array([2.0, -3.0]), "centroid of a pixel 2 below and 3 left of the middle")
+    _compare_centroid(found, (2, -3), "centroid of a pixel 2 below and 3 left of the middle", atol=3e-6)
 
 
 @graded("centroid", points=0.5)
@@ -374,8 +425,7 @@ def test_it_is_the_mean_and_not_the_peak(impl):
     "Of two bright pixels the centroid lies between them, nearer to the brighter one."
     response = np.zeros((11, 11))
     response[5, 1], response[5, 9] = 3.0, 1.0
-    found = np.asarray(impl(response), float)
-    assert_matches(found, np.array([0.0, -2.0]), "centroid of 3 at x = -4 and 1 at x = +4")
+    _compare_centroid(impl(response), (0, -2), "centroid of 3 at x = -4 and 1 at x = +4", peak=(0, -4), atol=2e-6)
 
 
 @graded("centroid", points=0.5, hidden=True)
@@ -383,4 +433,4 @@ def test_any_size(impl):
     "Any odd height and width, and values of any kind."
     response = np.zeros((5, 21), np.float32)
     response[1, 20], response[4, 0] = 1.0, 1.0
-    assert_matches(np.asarray(impl(response), float), np.array([0.5, 0.0]), "centroid in an image of 5 x 21", atol=1e-6)
+    _compare_centroid(impl(response), (0.5, 0), "centroid in an image of 5 x 21", atol=1e-6)

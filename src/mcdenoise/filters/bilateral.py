@@ -68,11 +68,20 @@ def bilateral(
 def bilateral_sums(
     image: np.ndarray, sigma_space: float, sigma_radiance: float, radius: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Sum of w c and sum of w of every pixel, in float64.
+    """Sum of the weighted pixels and sum of the weights around every pixel, in float64.
+
+    total_p = sum_q w_pq I_q,   norm_p = sum_q w_pq
+    w_pq = exp(-|p - q|^2 / (2 sigma_space^2)) exp(-|I_p - I_q|^2 / (2 sigma_radiance^2))
+
+    with I the image and |I_p - I_q| the Euclidean distance over its channels; q runs over the pixels inside the image
+    that lie at most `radius` rows and columns away from p (p is one of them).
 
     Parameters
     ----------
-    image : (h, w, c). sigma_space : pixels. sigma_radiance : unit of `image`. radius : pixels.
+    image : (h, w, c), floats or whole numbers; it is not changed.
+    sigma_space : pixels, > 0; may be infinite.
+    sigma_radiance : unit of `image`, > 0; may be infinite.
+    radius : pixels, a whole number >= 0; may exceed the image.
 
     Returns
     -------

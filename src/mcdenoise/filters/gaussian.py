@@ -58,11 +58,17 @@ def gaussian(image: np.ndarray, *, sigma_space: float, radius: int | None = None
 
 
 def gaussian_sums(image: np.ndarray, sigma_space: float, radius: int) -> tuple[np.ndarray, np.ndarray]:
-    """Sum of w c and sum of w of every pixel, in float64.
+    """Sum of the weighted pixels and sum of the weights around every pixel, in float64.
+
+    total_p = sum_q w_pq image_q,   norm_p = sum_q w_pq,   w_pq = exp(-|p - q|^2 / (2 sigma_space^2))
+
+    over the pixels q inside the image that lie at most `radius` rows and columns away from p (p is one of them).
 
     Parameters
     ----------
-    image : (h, w, c). sigma_space : pixels. radius : pixels.
+    image : (h, w, c), floats or whole numbers; it is not changed.
+    sigma_space : pixels, > 0; may be infinite.
+    radius : pixels, a whole number >= 0; may exceed the image.
 
     Returns
     -------

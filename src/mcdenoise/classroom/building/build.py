@@ -17,7 +17,8 @@ from mcdenoise.classroom.building.stubs import binds, parse
 
 README = """# Exercises
 
-You need the package mcdenoise with its extra `notebooks`. Three commands, to be run in this folder:
+You need the package mcdenoise with its extra `notebooks`: `pip install '.[notebooks]'` in a clone of the course, or
+`pip install 'FILE.whl[notebooks]'` with the file that you were given. Then, in this folder, three commands:
 
     jupyter lab notebooks
     mcdenoise classroom check notebooks/{notebook}
@@ -28,7 +29,8 @@ second what holds and what does not, and shows your result beside the target. Th
 third is for those who would rather write in an editor: the same exercises stand in exercises/*.py.
 
 Hand in the notebooks (or exercises/*.py). Grading runs the same tests and some more. It takes from your file only the functions
-and values that the exercises name, with what these need.
+and values that the exercises name, with what these need. An answer may use NumPy, Python's own modules, and `bell` and
+`window_offsets` of mcdenoise.filters.window; the other functions of mcdenoise are not there when it is graded.
 """
 PYTEST_INI = """[pytest]
 addopts = -p mcdenoise.classroom.checking.pytest_plugin --impl exercises

@@ -13,7 +13,7 @@ from pathlib import Path
 
 BEGIN = "### BEGIN SOLUTION"
 END = "### END SOLUTION"
-_GIVEN = ("samples/*.py", "filters/window.py")
+_GIVEN = ("samples/gate.py", "filters/window.py")
 
 
 def solution_blocks(source: str, path: str = "source", first_line: int = 1) -> list[tuple[int, int]]:
@@ -162,7 +162,7 @@ def bound(alias: ast.alias) -> str:
 def stub_package(folder: Path) -> None:
     """Write the package `mcdenoise` that a student's answer may use while it is graded, into `folder`.
 
-    It holds what exercises are given (`mcdenoise.samples` and `mcdenoise.filters.window`, without solutions). Every other
+    It holds what exercises are given (`mcdenoise.filters.window`, and the gate that it needs; without solutions). Every
     name of the front door is there too, but calling it says that it is not available.
 
     Parameters
@@ -178,7 +178,7 @@ def stub_package(folder: Path) -> None:
     ['__init__.py', 'filters', 'samples']
     """
     import mcdenoise
-    from mcdenoise import samples
+    from mcdenoise import filters
 
     package = Path(mcdenoise.__file__).parent
     target = Path(folder) / "mcdenoise"
@@ -187,14 +187,12 @@ def stub_package(folder: Path) -> None:
             copy = target / path.relative_to(package)
             copy.parent.mkdir(parents=True, exist_ok=True)
             copy.write_text(strip_solutions(path.read_text(encoding="utf-8"), path.name), encoding="utf-8")
-    given = sorted(set(mcdenoise.__all__) & set(samples.__all__))
+    (target / "samples" / "__init__.py").touch()
     (target / "__init__.py").write_text(
-        f"from mcdenoise.samples import {', '.join(given)}\n"
-        + "".join(_refusal(name) for name in sorted(set(mcdenoise.__all__) - set(given))),
+        "from mcdenoise.filters import window as _window  # makes `mcdenoise.filters.window` known\n"
+        + "".join(map(_refusal, mcdenoise.__all__)),
         encoding="utf-8",
     )
-    from mcdenoise import filters
-
     (target / "filters" / "__init__.py").write_text("".join(map(_refusal, filters.__all__)), encoding="utf-8")
 
 

@@ -14,10 +14,11 @@ from typing import Literal
 
 LARGEST = 64 * 2**20  # bytes of a notebook; only forgotten outputs make it larger
 LARGEST_CODE = 2**17  # characters of code in all cells together
+MOST_CELLS = 2000
 
 _MARKER = re.compile(r"^# %%(?P<header>( .*)?)$")
 _ENTRY = re.compile(r'(?<![\w.-])(?P<key>[\w.-]+)=(?P<value>"(?:[^"\\]|\\.)*"|\[[^\]]*\]|\{[^}]*\}|\S+)')
-_MAGIC = re.compile(r"^\s*([%!?].*|[\w.]+ *= *[%!].*|%{0,2}[\w.*]+\?{1,2}\s*)$")
+_MAGIC = re.compile(r"^\s*([%!?].*|[\w.]+ *= *[%!].*|%{0,2}[\w.*]+\?{1,2}[\s;]*)$")
 _PYTHON_CELL_MAGICS = ("time", "capture", "prun", "python", "python3")  # the others hold no names of the notebook
 PARSE_ERRORS = (SyntaxError, ValueError, RecursionError, MemoryError)  # ValueError: null bytes
 
@@ -53,6 +54,11 @@ def read_cells(path: Path | str) -> list[Cell]:
 def parse_cells(content: bytes | str, suffix: str, name: str = "the notebook") -> list[Cell]:
     """Split the content of a file into cells; `suffix` is ".ipynb" or ".py", `name` is used in messages.
 
+    Raises
+    ------
+    ValueError
+        If the content is not UTF-8, broken, of a format before 4, or has too many cells or too much code.
+
     Examples
     --------
     >>> script = '# %% [markdown]\\n# Near.\\n# %% exercise="gaussian_sums"\\nx = 1\\n'
@@ -67,6 +73,8 @@ def parse_cells(content: bytes | str, suffix: str, name: str = "the notebook") -
         except UnicodeDecodeError as error:
             raise ValueError(f"{name} is not UTF-8 text (byte {error.start}): save it again as UTF-8.") from None
     cells = _notebook_cells(content, name) if suffix == ".ipynb" else _script_cells(content)
+    if len(cells) > MOST_CELLS:
+        raise ValueError(f"{name} has {len(cells)} cells, more than {MOST_CELLS}: remove those that hold no answer.")
     if sum(len(cell.source) for cell in cells if cell.kind == "code") > LARGEST_CODE:
         raise ValueError(f"{name} has more than {LARGEST_CODE >> 10} kB of code: remove data pasted into its cells.")
     return cells
@@ -152,15 +160,32 @@ def without_magics(source: str) -> str:
         try:
             parse("\n".join(lines))
         except SyntaxError as error:
-            k = (error.lineno or 0) - 1
+            k = _first_of_continued(lines, (error.lineno or 0) - 1)
             if not (0 <= k < len(lines) and _MAGIC.match(lines[k])):
                 break
-            lines[k] = re.match(r"\s*", lines[k])[0] + "pass"
+            _drop_magic(lines, k)
         except PARSE_ERRORS:
             break
         else:
             break
     return "\n".join(lines)
+
+
+def _first_of_continued(lines: list[str], k: int) -> int:
+    """The line that line `k` continues, by backslashes at line ends; `k` itself if it continues none."""
+    while 0 < k <= len(lines) and lines[k - 1].endswith("\\"):
+        k -= 1
+    return k
+
+
+def _drop_magic(lines: list[str], k: int) -> None:
+    """Replace line `k` by `pass`, and the lines that it is continued on (it ends in a backslash) by empty ones."""
+    is_continued = lines[k].endswith("\\")
+    lines[k] = re.match(r"\s*", lines[k])[0] + "pass"
+    while is_continued and k + 1 < len(lines):
+        k += 1
+        is_continued = lines[k].endswith("\\")
+        lines[k] = ""
 
 
 def parse(source: str) -> ast.Module:

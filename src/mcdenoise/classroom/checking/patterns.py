@@ -218,6 +218,10 @@ def _inner_factor(both: Comparison) -> str:
     """A constant factor away from the border only: a sum that was not divided by its weights."""
     for margin, inside in geometry.insides(both.expected.shape):
         if (factor := factor_between(both, inside)) is not None and np.ptp(both.expected[inside]) > 0:
+            band = both.expected.copy()
+            band[inside] = 0.0
+            if abs(factor - 1) < 1e-3 or np.abs(band).max() < 1e-3 * both.largest:
+                return ""
             return (
                 f"a constant factor of {number(factor)} inside, another within {margin} px of the border: "
                 f"not divided by norm (the sum of the weights)?"

@@ -33,11 +33,18 @@ def _difference(yours: tuple[int, ...], needed: tuple[int, ...]) -> str:
         return f": the last axis{channels} is one too many"
     if yours[1:] == needed:
         return ": the first axis is one too many"
+    if len(yours) > len(needed) and _squeezed(yours) == _squeezed(needed):
+        more = len(yours) - len(needed)
+        return f": {'an axis' if more == 1 else f'{more} axes'} of length 1 too many (keepdims?)"
     if prod(yours) == prod(needed):
         return ": as many entries in another shape"
     if len(yours) != len(needed):
         return f": {len(yours)} axes instead of {len(needed)}"
     return _border(yours, needed)
+
+
+def _squeezed(shape: tuple[int, ...]) -> list[int]:
+    return [length for length in shape if length != 1]
 
 
 def _border(yours: tuple[int, ...], needed: tuple[int, ...]) -> str:

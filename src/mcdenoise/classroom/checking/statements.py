@@ -30,13 +30,14 @@ class Statement:
 
     Attributes
     ----------
-    node : the statement. text : source of its whole cell. cell : number of that cell. line : its first line in it.
+    node : the statement. lines : source of its whole cell, split into lines and shared by all its statements.
+    cell : number of that cell. line : its first line in it.
     binds : the names that it binds, or of which it changes an element or attribute.
     alone : no other statement stands on its lines.
     """
 
     node: ast.stmt
-    text: str
+    lines: list[str]
     cell: int
     line: int
     binds: frozenset[str]
@@ -48,8 +49,8 @@ class Statement:
         if isinstance(self.node, ast.Import | ast.ImportFrom):
             return ast.unparse(self.node)
         if not self.alone:
-            return ast.get_source_segment(self.text, self.node)
-        return "\n".join(lines_of(self.text)[self.line - 1 : self.node.end_lineno])
+            return _segment(self.lines, self.node)
+        return "\n".join(self.lines[self.line - 1 : self.node.end_lineno])
 
     @property
     def kind(self) -> str:
@@ -73,10 +74,21 @@ class Statement:
         """Whether it is neither import nor definition."""
         return not isinstance(self.node, (ast.Import, ast.ImportFrom, *_DEFINITIONS))
 
+    @cached_property
+    def changes(self) -> str | None:
+        """The name of whose value it calls a method, such as `table` in ``table.update(two=2)``; None if none."""
+        return _receiver(self.node)
+
+    @cached_property
+    def imports(self) -> bool:
+        """Whether an import stands in it."""
+        return any(isinstance(one, ast.Import | ast.ImportFrom) for one in ast.walk(self.node))
+
     @property
     def is_taken(self) -> bool:
         """Whether an answer may hold statements of this kind."""
-        return not self.is_variable or self.is_conditional or isinstance(self.node, _ASSIGNMENTS)
+        is_change = self.changes is not None
+        return not self.is_variable or self.is_conditional or is_change or isinstance(self.node, _ASSIGNMENTS)
 
     @cached_property
     def now(self) -> frozenset[str]:
@@ -125,7 +137,7 @@ def statements_of(cells: list[Cell]) -> tuple[list[Statement], list[tuple[Broken
     """
     statements, broken = [], []
     for number, cell in enumerate(cells):
-        if cell.kind != "code":
+        if cell.kind != "code" or not cell.source.strip():
             continue
         source = without_magics(cell.source)
         try:
@@ -133,23 +145,40 @@ def statements_of(cells: list[Cell]) -> tuple[list[Statement], list[tuple[Broken
         except PARSE_ERRORS as error:
             broken.append((BrokenCell(number, source), error))
         else:
-            statements += _statements_of_cell(body, source, number)
+            statements += _statements_of_cell(body, lines_of(source), number)
     return statements, broken
 
 
-def _statements_of_cell(body: list[ast.stmt], source: str, number: int) -> list[Statement]:
+def _statements_of_cell(body: list[ast.stmt], lines: list[str], number: int) -> list[Statement]:
     found = []
     for k, node in enumerate(body):
         first = min([node.lineno, *(one.lineno for one in getattr(node, "decorator_list", []))])
         if isinstance(node, ast.Import | ast.ImportFrom):
             for alias in node.names:
                 one = type(node)(**{**dict(ast.iter_fields(node)), "names": [alias]})
-                found.append(Statement(one, source, number, first, frozenset([_imported(alias)])))
+                found.append(Statement(one, lines, number, first, frozenset([_imported(alias)])))
         else:
             shared = k > 0 and body[k - 1].end_lineno == first
             shared = shared or (k + 1 < len(body) and body[k + 1].lineno == node.end_lineno)
-            found.append(Statement(node, source, number, first, frozenset(_bound(node)), not shared))
+            found.append(Statement(node, lines, number, first, frozenset(_bound(node)), not shared))
     return found
+
+
+def _segment(lines: list[str], node: ast.stmt) -> str:
+    """The source of a statement that shares its lines; columns count bytes of UTF-8."""
+    own = [line.encode() for line in lines[node.lineno - 1 : node.end_lineno]]
+    own[-1] = own[-1][: node.end_col_offset]
+    own[0] = own[0][node.col_offset :]
+    return b"\n".join(own).decode()
+
+
+def _receiver(node: ast.stmt) -> str | None:
+    one = node.value if isinstance(node, ast.Expr) else None
+    if not (isinstance(one, ast.Call) and isinstance(one.func, ast.Attribute)):
+        return None
+    while isinstance(one, ast.Call | ast.Attribute | ast.Subscript):
+        one = one.func if isinstance(one, ast.Call) else one.value
+    return one.id if isinstance(one, ast.Name) else None
 
 
 def _imported(alias: ast.alias) -> str:

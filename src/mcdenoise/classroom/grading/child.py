@@ -30,6 +30,7 @@ def main(packages: str, settings: str) -> None:
     from mcdenoise.classroom.checking import implementation  # of the stub package, not of the library
 
     sys.path.remove(here)
+    del sys.modules["fence"], sys.modules["wire"]  # no answer is to find them
     sys.stdout.reconfigure(line_buffering=True)
     requests, answers = os.fdopen(facts["requests"], "rb"), os.fdopen(facts["answers"], "wb")
     if facts["fence"]:
@@ -88,10 +89,12 @@ class Student:
         self.impl = None
 
     def load(self, request: dict) -> dict:
-        """Run the source; say whether its name is a function, or what value it has."""
-        source, names = request["source"], {"__name__": "answer"}
+        """Run the source as `__main__`, as a notebook does; say whether its name is a function, or what value it has."""
+        source, module = request["source"], types.ModuleType("__main__")
+        sys.modules["__main__"] = module  # where dataclasses, among others, look for it
+        names = vars(module)
         linecache.cache[SOURCE] = (len(source), None, source.splitlines(keepends=True), SOURCE)
-        code = compile(source, SOURCE, "exec")
+        code = compile(source, SOURCE, "exec", dont_inherit=True)
         try:
             with self.guard.time_limit(self.seconds):
                 exec(code, names)

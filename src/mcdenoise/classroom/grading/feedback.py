@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import html
 import re
 from collections.abc import Sequence
@@ -34,7 +35,7 @@ def write_feedback(grades: Sequence[Grade], folder: Path) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         paths = []
         for grade in grades:
-            paths.append(folder / f"{grade.student}.html")
+            paths.append(folder / page_name(grade.student))
             with write_beside(paths[-1]) as temporary:
                 temporary.write_text(feedback_page(grade), encoding="utf-8", errors="replace")
     except OSError as error:
@@ -42,6 +43,20 @@ def write_feedback(grades: Sequence[Grade], folder: Path) -> list[Path]:
             f"A folder that can be written to is needed for the feedback, got {folder}: {error}."
         ) from error
     return paths
+
+
+def page_name(student: str) -> str:
+    """Return the name of a student's page; a name too long for a file is cut, and told apart by a hash.
+
+    Examples
+    --------
+    >>> page_name("ada"), len(page_name(300 * "b"))
+    ('ada.html', 193)
+    """
+    written = student.encode("utf-8", "replace")
+    if len(written) > 200:
+        student = f"{written[:180].decode('utf-8', 'ignore')}-{hashlib.sha256(written).hexdigest()[:7]}"
+    return f"{student}.html"
 
 
 def feedback_page(grade: Grade) -> str:
@@ -52,7 +67,8 @@ def feedback_page(grade: Grade) -> str:
     template = Template(
         resources.files("mcdenoise.classroom.grading").joinpath("feedback_template.html").read_text("utf-8")
     )
-    problem = f'<p class="warn">{html.escape(grade.problem)}</p>' if grade.problem else ""
+    warning = grade.problem or grade.remark
+    problem = f'<p class="warn">{html.escape(warning)}</p>' if warning else ""
     return template.substitute(
         student=html.escape(grade.student),
         total=f"{grade.total:g}",

@@ -12,8 +12,9 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from importlib.abc import MetaPathFinder
+from types import MappingProxyType
 
-READ_FLAGS = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
+WRITE_FLAGS = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 PROCESSES = "may not start other processes"
 FILES = "may not change files"
 REFUSED = {
@@ -37,8 +38,9 @@ REFUSED = {
     },
 }
 REFUSED_FAMILIES = {"socket": "may not open network connections", "ctypes": "may not load other libraries (ctypes)"}
-READS = {"open", "os.listdir", "os.scandir", "os.chdir"}
-ALLOWED_PACKAGES = frozenset({*sys.stdlib_module_names, "numpy", "mcdenoise", "wire", "fence"})
+READS = frozenset({"open", "os.listdir", "os.scandir", "os.chdir"})
+UNHEARD = frozenset({"readline", "_tkinter"})  # modules that read files without an audit event
+ALLOWED_PACKAGES = frozenset({*sys.stdlib_module_names, "numpy", "mcdenoise"})
 
 
 class Guard(MetaPathFinder):
@@ -61,26 +63,38 @@ def install(folders: Sequence[str]) -> None:
 
 
 def make_hook(folders: tuple[str, ...]) -> Callable[[str, tuple], None]:
-    """Return the audit hook: it raises PermissionError for what `REFUSED` names, and for files outside `folders`."""
+    """Return the audit hook: it raises PermissionError for what `REFUSED` names, and for files outside `folders`.
+
+    What it needs it keeps as copies of its own: to change this module's names later has no effect.
+    """
+    refused, families = MappingProxyType(dict(REFUSED)), MappingProxyType(dict(REFUSED_FAMILIES))
+    reads, unheard, check = READS, UNHEARD, make_check(folders)
 
     def hook(event: str, arguments: tuple) -> None:
-        words = REFUSED.get(event) or REFUSED_FAMILIES.get(event.partition(".")[0])
+        words = refused.get(event) or families.get(event.partition(".")[0])
         if words is not None:
             raise PermissionError(f"while grading a function {words} ({event})")
-        if event in READS:
-            check_path(event, arguments, folders)
+        if event in reads:
+            check(event, arguments)
+        elif event == "import" and arguments[0] in unheard:
+            raise ModuleNotFoundError(f"while grading a function may not use the module `{arguments[0]}`")
 
     return hook
 
 
-def check_path(event: str, arguments: tuple, folders: tuple[str, ...]) -> None:
-    """Raise PermissionError unless `arguments` of the audit event read a file or folder under `folders`."""
-    path = arguments[0]
-    if event == "open" and (arguments[2] or 0) & READ_FLAGS:
-        raise PermissionError(f"while grading a function may not write files: got {path!r}")
-    if isinstance(path, int):
-        raise PermissionError(f"while grading a function may not use file descriptors: got {path}")
-    place = os.path.realpath(os.fsdecode("." if path is None else path))
-    if not (place + os.sep).startswith(folders):
-        what = "open files" if event == "open" else "look into folders"
-        raise PermissionError(f"while grading a function may not {what}: got {path!r}")
+def make_check(folders: tuple[str, ...]) -> Callable[[str, tuple], None]:
+    """Return a function that raises PermissionError unless an audit event reads a file or folder under `folders`."""
+    write, separator, realpath, fsdecode = WRITE_FLAGS, os.sep, os.path.realpath, os.fsdecode
+
+    def check(event: str, arguments: tuple) -> None:
+        path = arguments[0]
+        if event == "open" and (arguments[2] or 0) & write:
+            raise PermissionError(f"while grading a function may not write files: got {path!r}")
+        if isinstance(path, int):
+            raise PermissionError(f"while grading a function may not use file descriptors: got {path}")
+        place = realpath(fsdecode("." if path is None else path))
+        if not (place + separator).startswith(folders):
+            what = "open files" if event == "open" else "look into folders"
+            raise PermissionError(f"while grading a function may not {what}: got {path!r}")
+
+    return check

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import atexit
 import functools
 import re
@@ -55,25 +56,29 @@ def grade_files(
     begin = time.monotonic()
     sandbox = choose_sandbox(limits.sandbox)
     exercises = exercises_of(tests)
-    notebooks = []
-    try:
-        notebooks = [_read(name, content) for name, content in contents.items()]
-    except ValueError as error:
-        problem = problem or str(error)
+    notebooks, unread = [], []
+    for name, content in contents.items():
+        try:
+            notebooks.append(_read(name, content))
+        except ValueError as error:
+            unread.append(str(error))
+    if unread and not notebooks:
+        problem = problem or unread[0]
     if problem:
         grades = [failed(one, Finding(problem)) for one in exercises.values()]
     else:
         budget = Budget(limits.total_seconds)
         grades = [_grade_exercise(one, notebooks, limits, sandbox, budget) for one in exercises.values()]
-    return Grade(student, tuple(grades), sandbox, problem, round(time.monotonic() - begin, 3))
+    remark = "" if problem else " ".join(unread)
+    return Grade(student, tuple(grades), sandbox, problem, round(time.monotonic() - begin, 3), remark)
 
 
 def _read(name: str, content: bytes) -> list[Cell]:
     """Read the cells; refuse what no student writes and what would take the grader long to read."""
     if re.search(rb"^# %%.{2000}", content, re.MULTILINE):
         raise ValueError(f"{name} has a cell mark (# %%) of more than 2000 characters: shorten it.")
-    cells = parse_cells(content, Path(name).suffix, name)
-    lines = sum(len(re.findall(r"[^\n;]+", cell.source)) for cell in cells if cell.kind == "code")
+    cells = parse_cells(content, Path(name).suffix.lower(), name)
+    lines = sum(len(re.findall(r"[^\r\n;]+", cell.source)) for cell in cells if cell.kind == "code")
     if lines > MOST_LINES:
         raise ValueError(f"{name} has {lines} lines of code, the limit is {MOST_LINES}: hand in the exercises alone.")
     return cells
@@ -93,14 +98,35 @@ def _grade_exercise(
 
 
 def _source(notebooks: list[list[Cell]], name: str) -> str:
-    """The answer from the last notebook that has one; otherwise the first finding of why there is none."""
-    findings = []
+    """The answer from the last notebook that has one, else a stub; otherwise the first finding of why there is none."""
+    findings, stubs = [], []
     for cells in reversed(notebooks):
         try:
-            return answer_source(cells, name)
+            source = answer_source(cells, name)
         except Finding as finding:
             findings.append(finding)
+            continue
+        if not is_stub(source, name):
+            return source
+        stubs.append(source)
+    if stubs:
+        return stubs[0]
     raise findings[-1]
+
+
+def is_stub(source: str, name: str) -> bool:
+    """Whether an answer is still the one that was handed out: a function that raises NotImplementedError, or None.
+
+    Examples
+    --------
+    >>> is_stub("def f(x):\\n    raise NotImplementedError('f is not written yet')", "f"), is_stub("f = 3", "f")
+    (True, False)
+    """
+    last = ast.parse(source).body[-1]
+    if isinstance(last, ast.FunctionDef):
+        end = last.body[-1]
+        return last.name == name and isinstance(end, ast.Raise) and "NotImplementedError" in ast.unparse(end)
+    return isinstance(last, ast.Assign) and isinstance(last.value, ast.Constant) and last.value.value in (None, ...)
 
 
 def _run(test: Callable, answer: RemoteAnswer) -> Outcome:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import hashlib
 import json
+import re
+import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
@@ -55,7 +57,7 @@ class Grade:
     ----------
     student : name. exercises : in the order of the tests.
     sandbox : "bwrap" or "fence", see `sandbox`. problem : why the submission could not be read, or "".
-    seconds : how long grading took.
+    seconds : how long grading took. remark : what of it could not be read though the rest could, or "".
     """
 
     student: str
@@ -63,6 +65,7 @@ class Grade:
     sandbox: str
     problem: str = ""
     seconds: float = 0.0
+    remark: str = ""
 
     @property
     def total(self) -> float:
@@ -84,7 +87,7 @@ class Grade:
         unwritten = (
             "nothing written yet" if len(missing) == len(self.exercises) else f"not written yet: {', '.join(missing)}"
         )
-        return "; ".join([unwritten] * bool(missing) + [f"graded in: {sandbox}"])
+        return "; ".join([self.remark] * bool(self.remark) + [unwritten] * bool(missing) + [f"graded in: {sandbox}"])
 
 
 def grade_to_json(grade: Grade) -> str:
@@ -161,8 +164,10 @@ def write_csv(grades: Sequence[Grade], path: Path) -> None:
 
 
 def _cell(text: str) -> str:
-    """Make a text safe for a spreadsheet: one line, no formula, no characters that a file cannot hold."""
-    text = " ".join(text.split()).encode("utf-8", "replace").decode("utf-8")
+    """Make a text safe for a spreadsheet: one line, no formula, no characters that a file cannot hold or nobody sees."""
+    text = "".join(one for one in " ".join(text.split()) if unicodedata.category(one) not in ("Cc", "Cf"))
+    text = re.sub(r";(?=[=+\-@])", "; ", text)  # some spreadsheets begin a new cell there
+    text = text.encode("utf-8", "replace").decode("utf-8")
     return f"'{text}" if text.startswith(FORMULA_STARTS) else text
 
 

@@ -10,6 +10,9 @@ bytes that have come. This file runs on both sides; it needs the standard librar
 | float | ["float", exact hexadecimal text] |
 | list, tuple, dict | ["list", ...], ["tuple", ...], ["dict", [key, value], ...] |
 | array, NumPy number | ["array", dtype, shape], ["number", dtype], little-endian bytes in the body |
+
+What is none of these but close crosses as its nearest: fractions and decimals as floats, np.longdouble as float64, arrays
+of text as nested lists, generators, maps, ranges and the keys, values and items of a dict as lists.
 """
 
 from __future__ import annotations
@@ -17,7 +20,10 @@ from __future__ import annotations
 import json
 import math
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, ItemsView, Iterator, KeysView, ValuesView
+from decimal import Decimal
+from itertools import islice
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -26,6 +32,8 @@ HEAD = struct.Struct("<4sIQ")
 MAGIC = b"mcd1"
 HEADER_LIMIT = 8 << 20
 BODY_LIMIT = 64 << 20
+ITEM_LIMIT = HEADER_LIMIT // 2  # a list of more has no room in a header
+TOO_LONG = f"more than {HEADER_LIMIT >> 20} MB of lists and text"
 DEPTH_LIMIT = 32
 INTEGER_LIMIT = 1 << 256
 DTYPES = {
@@ -58,7 +66,7 @@ def pack(value: Any) -> bytes:
     body = bytearray()
     header = json.dumps(_encode(value, body, DEPTH_LIMIT), separators=(",", ":")).encode("ascii")
     if len(header) > HEADER_LIMIT:
-        raise WireError(f"more than {HEADER_LIMIT >> 20} MB of lists and text")
+        raise WireError(TOO_LONG)
     return HEAD.pack(MAGIC, len(header), len(body)) + header + body
 
 
@@ -130,14 +138,30 @@ def _encode(value: Any, body: bytearray, depth: int) -> Any:
     if kind is float:
         return ["float", value.hex()]
     if isinstance(value, (np.ndarray, np.generic)):
-        return _encode_array(value, body)
+        return _encode(_texts(value), body, depth) if value.dtype.kind == "U" else _encode_array(value, body)
     if isinstance(value, (list, tuple)):
         name = "list" if isinstance(value, list) else "tuple"
         return [name, *(_encode(item, body, depth - 1) for item in value)]
     if isinstance(value, dict):
         pairs = value.items()
         return ["dict", *([_encode(k, body, depth - 1), _encode(v, body, depth - 1)] for k, v in pairs)]
-    raise WireError(f"an object of type {kind.__name__[:40]}")
+    return _encode(_nearest(value), body, depth)
+
+
+def _nearest(value: Any) -> int | float | list:
+    """Return the number or list that a value of another type stands for."""
+    name = type(value).__name__[:40]
+    if not isinstance(value, (Real, Decimal, Iterator, KeysView, ValuesView, ItemsView, range)):
+        raise WireError(f"an object of type {name}")
+    try:
+        if isinstance(value, (Real, Decimal)):
+            return int(value) if isinstance(value, Integral) else float(value)
+        items = list(islice(value, ITEM_LIMIT + 1))
+    except Exception as error:  # of the student's code: a generator runs only now
+        raise WireError(f"a {name} that stops with {type(error).__name__[:40]}") from error
+    if len(items) > ITEM_LIMIT:
+        raise WireError(TOO_LONG)
+    return items
 
 
 def _text(value: str) -> str:
@@ -147,20 +171,29 @@ def _text(value: str) -> str:
     return value.encode("utf-8", "replace").decode("utf-8")
 
 
+def _texts(value: np.ndarray | np.generic) -> str | list:
+    """Return an array of text as nested lists, or the text of a NumPy string."""
+    if value.size > ITEM_LIMIT:
+        raise WireError(TOO_LONG)
+    return np.asarray(value).tolist()
+
+
 def _encode_array(value: np.ndarray | np.generic, body: bytearray) -> list:
     """Append the bytes of an array or a NumPy number, and return its place in the header."""
     dtype = value.dtype
-    if dtype.name not in DTYPES:
+    name = "float64" if dtype.char == "g" else dtype.name  # "g" is np.longdouble
+    if name not in DTYPES:
         if dtype.hasobject:
             raise WireError("an array of Python objects (often rows of different length)")
-        raise WireError(f"an array of {dtype.name[:40]} (only bool, integers and float16 to float64 can be graded)")
-    plain = np.ascontiguousarray(value, dtype=DTYPES[dtype.name])
+        raise WireError(f"an array of {name[:40]} (only text, bool, integers and float16 to float64 can be graded)")
+    with np.errstate(over="ignore"):
+        plain = np.ascontiguousarray(value, dtype=DTYPES[name])
     if len(body) + plain.nbytes > BODY_LIMIT:
         raise WireError(f"more than {BODY_LIMIT >> 20} MB of arrays")
     body += plain.tobytes()
     if isinstance(value, np.generic):
-        return ["number", dtype.name]
-    return ["array", dtype.name, list(value.shape)]
+        return ["number", name]
+    return ["array", name, list(value.shape)]
 
 
 def _decode(tree: Any, body: memoryview, start: int, depth: int) -> tuple[Any, int]:
