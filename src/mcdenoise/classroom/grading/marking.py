@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from mcdenoise.classroom.checking.cells import parse
 from mcdenoise.classroom.checking.exercise import ExerciseTests, Outcome, load_tests, run_test, sentence_of
 from mcdenoise.classroom.checking.extract import Cell, answer_source, parse_cells
 from mcdenoise.classroom.checking.finding import Finding, Unwritten
@@ -122,7 +123,7 @@ def is_stub(source: str, name: str) -> bool:
     >>> is_stub("def f(x):\\n    raise NotImplementedError('f is not written yet')", "f"), is_stub("f = 3", "f")
     (True, False)
     """
-    last = ast.parse(source).body[-1]
+    last = parse(source).body[-1]
     if isinstance(last, ast.FunctionDef):
         end = last.body[-1]
         return last.name == name and isinstance(end, ast.Raise) and "NotImplementedError" in ast.unparse(end)
