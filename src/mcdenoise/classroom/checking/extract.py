@@ -29,7 +29,7 @@ from functools import lru_cache
 from mcdenoise.classroom.checking.cells import PARSE_ERRORS, Cell, parse, parse_cells, read_cells
 from mcdenoise.classroom.checking.finding import Finding
 from mcdenoise.classroom.checking.implementation import place_in_source
-from mcdenoise.classroom.checking.statements import BrokenCell, Statement, block_depth, statements_of
+from mcdenoise.classroom.checking.statements import Statement, block_depth, statements_of
 
 __all__ = ["Cell", "answer_source", "parse_cells", "read_cells"]
 
@@ -93,7 +93,7 @@ def _check_compiles(source: str, name: str) -> None:
 
 
 @lru_cache(maxsize=4)  # one notebook is asked for many exercises
-def _parsed(sources: tuple[str, ...]) -> tuple[list[Statement], list[tuple[BrokenCell, Exception]]]:
+def _parsed(sources: tuple[str, ...]) -> tuple[list[Statement], list[tuple[str, Exception]]]:
     return statements_of([Cell(source) for source in sources])
 
 
@@ -220,8 +220,8 @@ class _Needs:
         )
 
     def look_in_broken(self, name: str) -> None:
-        for cell, error in self.broken:
-            if _seems_to_bind(cell.source, name):
+        for source, error in self.broken:
+            if _seems_to_bind(source, name):
                 raise Finding(_syntax_words(name, error))
 
 

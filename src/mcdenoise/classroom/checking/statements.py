@@ -7,7 +7,6 @@ import symtable
 import warnings
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 from mcdenoise.classroom.checking.cells import PARSE_ERRORS, Cell, lines_of, parse, without_magics
 
@@ -15,13 +14,6 @@ _ASSIGNMENTS = (ast.Assign, ast.AugAssign, ast.AnnAssign, getattr(ast, "TypeAlia
 _DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 _OWN_SCOPES = (ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 _WORDS = {ast.For: "`for` loop", ast.While: "`while` loop", ast.With: "`with` block", ast.Delete: "`del`"}
-
-
-class BrokenCell(NamedTuple):
-    """A cell that Python cannot parse: its number and source."""
-
-    number: int
-    source: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,16 +116,16 @@ class Statement:
         return frozenset(now), frozenset(later)
 
 
-def statements_of(cells: list[Cell]) -> tuple[list[Statement], list[tuple[BrokenCell, Exception]]]:
-    """Return all top-level statements of the code cells, and the cells that cannot be parsed with their errors.
+def statements_of(cells: list[Cell]) -> tuple[list[Statement], list[tuple[str, Exception]]]:
+    """Return all top-level statements of the code cells, and the sources of cells that cannot be parsed with their errors.
 
     Examples
     --------
     >>> statements, broken = statements_of([Cell("a, b = 1, 2\\n!ls"), Cell("def f(:"), Cell("f = lambda x: a + x")])
     >>> [(sorted(one.binds), sorted(one.later)) for one in statements if one.binds]
     [(['a', 'b'], []), (['f'], ['a'])]
-    >>> [cell.number for cell, _ in broken]
-    [1]
+    >>> [source for source, _ in broken]
+    ['def f(:']
     """
     statements, broken = [], []
     for number, cell in enumerate(cells):
@@ -143,7 +135,7 @@ def statements_of(cells: list[Cell]) -> tuple[list[Statement], list[tuple[Broken
         try:
             body = parse(source).body
         except PARSE_ERRORS as error:
-            broken.append((BrokenCell(number, source), error))
+            broken.append((source, error))
         else:
             statements += _statements_of_cell(body, lines_of(source), number)
     return statements, broken
