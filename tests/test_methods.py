@@ -5,7 +5,8 @@ import pytest
 
 from conftest import make_samples
 from mcdenoise.metrics import relmse
-from mcdenoise.study.methods import METHODS, choose_parameters, feature_spreads
+from mcdenoise.study.methods import METHODS, feature_spreads
+from mcdenoise.study.tune import choose_parameters
 
 pytestmark = pytest.mark.ch10
 

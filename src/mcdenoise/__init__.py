@@ -10,7 +10,16 @@ array([[0.5, 0.5, 0.5, 0.5]])
 
 from importlib import import_module
 
-from mcdenoise.filters import bilateral, cross_bilateral, gaussian
+from mcdenoise.filters import (
+    bilateral,
+    cross_bilateral,
+    gaussian,
+    joint_nlm,
+    nlm,
+    noise_variance,
+    prefilter_features,
+    safe_albedo,
+)
 from mcdenoise.metrics import mse, psnr, relmse, relmse_map, squared_error_map, ssim
 from mcdenoise.render import capture, read_exr, render_image, render_reference, scene_names, write_exr
 from mcdenoise.samples import (
@@ -30,15 +39,20 @@ __all__ = [
     "cross_bilateral",
     "gaussian",
     "half_means",
+    "joint_nlm",
     "load_samples",
     "mse",
+    "nlm",
+    "noise_variance",
     "pixel_mean",
+    "prefilter_features",
     "psnr",
     "read_exr",
     "relmse",
     "relmse_map",
     "render_image",
     "render_reference",
+    "safe_albedo",
     "sample_variance",
     "scene_names",
     "show_difference",

@@ -10,17 +10,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from mcdenoise.filters.albedo import safe_albedo
+from mcdenoise.filters.guides import RADIANCE, Guide, check_guides, check_variance
 from mcdenoise.filters.window import bell, check_range, divide, window_offsets, with_channels
 from mcdenoise.samples.buffer import SampleBuffer
-from mcdenoise.samples.gate import (
-    ENGINES,
-    check_bandwidth,
-    check_choice,
-    check_names,
-    check_radius,
-    check_same_size,
-)
-from mcdenoise.samples.statistics import pixel_mean
+from mcdenoise.samples.gate import ENGINES, check_bandwidth, check_choice, check_radius
 
 
 def cross_bilateral(
@@ -30,6 +24,8 @@ def cross_bilateral(
     sigma_space: float,
     sigma_radiance: float,
     sigma_features: Mapping[str, float],
+    variances: Mapping[str, np.ndarray] | None = None,
+    albedo: np.ndarray | None = None,
     radius: int | None = None,
     engine: str = "numba",
 ) -> np.ndarray:
@@ -41,6 +37,13 @@ def cross_bilateral(
     with G_s(d) = exp(-d^2 / (2 s^2)), Euclidean (L2) distances over all channels of a quantity together, and j over the
     pixels of the square window that lie inside the image. With every sigma_k -> infinity this is `bilateral`.
 
+    Where a quantity has a variance, each squared difference is divided by what bandwidth and noise together explain:
+
+    sum over channels of (f_i - f_j)^2 / (sigma_k^2 + var_i + var_j)   in place of   |f_i - f_j|^2 / sigma_k^2
+
+    so that a noisy feature loses its say just where it is noisy. With no variance this is the plain filter again; with
+    sigma_k -> 0 only the noise counts, and distances are measured in its standard deviations.
+
     Parameters
     ----------
     image : (h, w) or (h, w, c), float32 or float64. Scene-linear radiance.
@@ -49,6 +52,11 @@ def cross_bilateral(
     sigma_space : in pixels, > 0; infinity switches the term off, here and below.
     sigma_radiance : in the unit of `image`, > 0.
     sigma_features : name -> bandwidth in the unit of that feature (scene units for world_position), > 0.
+    variances : name -> variance of that feature's pixel values, (h, w) or as the feature, >= 0, in its unit squared;
+        ``"radiance"`` is that of `image`. Names left out count as free of noise. Four times the variance lets twice
+        the standard deviations pass.
+    albedo : (h, w) or as `image`: divide `image` by it before filtering and multiply after, so that texture is not
+        blurred (see `safe_albedo`). `sigma_radiance` is then a bandwidth of the quotient. Default: do not.
     radius : the window has (2 radius + 1)^2 pixels. Default: ceil(3 sigma_space).
     engine : ``"numba"``, in float32, or ``"numpy"``, the formula as it reads and in float64.
 
@@ -60,13 +68,15 @@ def cross_bilateral(
     ------
     ValueError
         As `bilateral`; also for features that are neither a mapping nor a SampleBuffer, that differ from the image in
-        size, or whose names are not those of `sigma_features`.
+        size, or whose names are not those of `sigma_features`; for variances that fit nothing or are negative; for an
+        albedo outside [0, 1].
 
     References
     ----------
     Petschnigg et al., SIGGRAPH 2004, https://doi.org/10.1145/1015706.1015777, and Eisemann and Durand, SIGGRAPH 2004,
     https://doi.org/10.1145/1015706.1015778 (the second image as guide); Sen and Darabi, TOG 31(3), 2012,
-    https://doi.org/10.1145/2167076.2167083 (scene features as guides).
+    https://doi.org/10.1145/2167076.2167083 (scene features as guides); Kalantari, Bako and Sen, TOG 34(4), 2015,
+    https://doi.org/10.1145/2766977 (distances divided by variances).
 
     Examples
     --------
@@ -82,28 +92,36 @@ def cross_bilateral(
     image = check_range(image)
     sigma_space = check_bandwidth(sigma_space, "sigma_space")
     sigma_radiance = check_bandwidth(sigma_radiance, "sigma_radiance")
-    guides = _check_guides(features, sigma_features, image)
+    guides = check_guides(features, sigma_features, variances, image, own=(RADIANCE,))
+    noise = (variances or {}).get(RADIANCE)
+    if noise is not None:
+        noise = check_variance(noise, f"variances[{RADIANCE!r}]", image)
+    safe = safe_albedo(albedo, image)
     radius = check_radius(radius, sigma_space)
     if check_choice(engine, ENGINES, "engine") == "numpy":
         sums = cross_bilateral_sums
     else:
         from mcdenoise.kernels.bilateral import cross_bilateral_sums as sums
-    total, norm = sums(with_channels(image), guides, sigma_space, sigma_radiance, radius)
-    return divide(total, norm, image)
+    colour = with_channels(image)
+    if safe is not None:
+        colour, noise = colour / safe, None if noise is None else noise / safe**2
+    total, norm = sums(colour, guides, sigma_space, sigma_radiance, radius, noise)
+    return divide(total, norm, image, safe)
 
 
 def cross_bilateral_sums(
     image: np.ndarray,
-    guides: list[tuple[np.ndarray, float]],
+    guides: list[Guide],
     sigma_space: float,
     sigma_radiance: float,
     radius: int,
+    radiance_variance: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """The reference: sum of w c and sum of w of every pixel, in float64.
 
     Parameters
     ----------
-    image : (h, w, c). guides : for each feature its array (h, w, c_k) and its sigma. The rest as for `bilateral_sums`.
+    image : (h, w, c). guides : one a feature. radiance_variance : (h, w, c). The rest as for `bilateral_sums`.
 
     Returns
     -------
@@ -111,48 +129,39 @@ def cross_bilateral_sums(
 
     Examples
     --------
-    >>> guide = np.array([[[0.0], [2.0]]])
-    >>> total, norm = cross_bilateral_sums(np.ones((1, 2, 1)), [(guide, 2.0)], np.inf, np.inf, radius=1)
+    >>> guide = Guide(np.array([[[0.0], [2.0]]]), 2.0)
+    >>> total, norm = cross_bilateral_sums(np.ones((1, 2, 1)), [guide], np.inf, np.inf, radius=1)
     >>> norm.round(3)
     array([[1.607, 1.607]])
     """
     image = image.astype(np.float64)
-    guides = [(feature.astype(np.float64), sigma) for feature, sigma in guides]
     height, width, _ = image.shape
+    guides = [Guide(image, sigma_radiance, radiance_variance), *guides]
     total, norm = np.zeros_like(image), np.zeros((height, width))
     for dy, dx, here, there in window_offsets(height, width, radius):
-        weight = bell(np.array([dy, dx]), sigma_space) * bell(image[here] - image[there], sigma_radiance)
-        for feature, sigma in guides:
-            weight = weight * bell(feature[here] - feature[there], sigma)
+        weight = bell(np.array([dy, dx]), sigma_space)
+        for guide in guides:
+            weight = weight * likeness(guide, here, there)
         total[here] += weight[..., np.newaxis] * image[there]
         norm[here] += weight
     return total, norm
 
 
-def _check_guides(features: object, sigma_features: object, image: np.ndarray) -> list[tuple[np.ndarray, float]]:
-    """Bring features and bandwidths together: a list of (array (h, w, c_k), sigma)."""
-    if not isinstance(sigma_features, Mapping):
-        raise ValueError(
-            f"sigma_features must be a mapping from name to bandwidth, got {sigma_features!r}. "
-            f"Write sigma_features={{'albedo': 0.1}}."
-        )
-    if isinstance(features, SampleBuffer):
-        names = check_names(sigma_features, features.feature_names, "sigma_features")
-        features = {name: pixel_mean(features[name]) for name in names}
-    elif isinstance(features, Mapping):
-        names = check_names(sigma_features, tuple(features), "sigma_features")
-        if missing := [name for name in features if name not in names]:
-            raise ValueError(
-                f"sigma_features must give a bandwidth for every feature, got none for "
-                f"{', '.join(map(repr, missing))}. Give one (infinity ignores the feature) or leave the feature out."
-            )
-    else:
-        raise ValueError(
-            f"features must be a mapping from name to array or a SampleBuffer, got {type(features).__name__}. "
-            f"Write features={{'albedo': array}}."
-        )
-    guides = []
-    for name in names:
-        feature = check_same_size(check_range(features[name], f"features[{name!r}]"), f"features[{name!r}]", image)
-        guides.append((with_channels(feature), check_bandwidth(sigma_features[name], f"sigma_features[{name!r}]")))
-    return guides
+def likeness(guide: Guide, here: tuple, there: tuple) -> np.ndarray:
+    """Weight in (0, 1] of each pixel of `there` for the one of `here`, by one guide.
+
+    exp(-1/2 sum over channels of (f_i - f_j)^2 / (sigma^2 + var_i + var_j))
+
+    Examples
+    --------
+    Two standard deviations of the difference, 2 = sqrt(2 + 1 + 1):
+
+    >>> guide = Guide(np.array([[[0.0], [4.0]]]), np.sqrt(2.0), np.ones((1, 2, 1)))
+    >>> likeness(guide, np.s_[:, :1], np.s_[:, 1:]).round(4)
+    array([[0.1353]])
+    """
+    difference = guide.values[here].astype(np.float64) - guide.values[there]
+    if guide.variance is None:
+        return bell(difference, guide.sigma)
+    noise = guide.variance[here].astype(np.float64) + guide.variance[there]
+    return bell(difference, np.sqrt(np.float64(guide.sigma) ** 2 + noise))

@@ -47,10 +47,10 @@ def window_offsets(height: int, width: int, radius: int) -> Iterator[tuple[int, 
             yield dy, dx, here, there
 
 
-def bell(difference: np.ndarray, sigma: float) -> np.ndarray:
+def bell(difference: np.ndarray, sigma: float | np.ndarray) -> np.ndarray:
     """G_sigma of a vector: exp(-|difference|^2 / (2 sigma^2)), with the vector's components on the last axis.
 
-    1 at distance 0 (the constant in front of a normalised Gaussian cancels in total / norm). An infinite sigma gives 1
+    `sigma` is one number, or one for each component. 1 at distance 0 (the constant in front of a normalised Gaussian cancels in total / norm). An infinite sigma gives 1
     everywhere; where the exponent leaves the range of float64 the result is 0.
 
     Examples
@@ -62,8 +62,8 @@ def bell(difference: np.ndarray, sigma: float) -> np.ndarray:
         return np.exp(-0.5 * np.sum((difference / sigma) ** 2, axis=-1))
 
 
-def divide(total: np.ndarray, norm: np.ndarray, image: np.ndarray) -> np.ndarray:
-    """The weighted mean total / norm, in the shape and dtype of `image`.
+def divide(total: np.ndarray, norm: np.ndarray, image: np.ndarray, factor: np.ndarray | None = None) -> np.ndarray:
+    """The weighted mean total / norm, in the shape and dtype of `image`; times `factor` (h, w, c), if there is one.
 
     Examples
     --------
@@ -73,6 +73,8 @@ def divide(total: np.ndarray, norm: np.ndarray, image: np.ndarray) -> np.ndarray
     mean = np.empty(total.shape, image.dtype)
     for k in range(total.shape[-1]):
         np.divide(total[..., k], norm, out=mean[..., k], casting="same_kind")
+    if factor is not None:
+        np.multiply(mean, factor, out=mean, casting="same_kind")
     return mean.reshape(image.shape)
 
 

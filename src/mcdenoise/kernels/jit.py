@@ -22,6 +22,8 @@ from mcdenoise.samples.storage import cache_folder
 # Sums may be regrouped and multiply-adds fused. Not "fast": that would also promise that no NaN or infinity ever
 # occurs.
 FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
+# A division by zero gives infinity or NaN as in NumPy; the check for it that Python asks for would stop vectorisation.
+ERROR_MODEL = "numpy"
 
 
 def kernel(function: Callable | None = None, *, parallel: bool = False) -> Callable:
@@ -40,7 +42,8 @@ def kernel(function: Callable | None = None, *, parallel: bool = False) -> Calla
     folder = _writable(kernel_folder()) if Path(function.__code__.co_filename).is_file() else None
     before, config.CACHE_DIR = config.CACHE_DIR, folder or ""
     try:
-        return numba.njit(cache=folder is not None, parallel=parallel, fastmath=FASTMATH, nogil=True)(function)
+        options = {"fastmath": FASTMATH, "error_model": ERROR_MODEL, "nogil": True}
+        return numba.njit(cache=folder is not None, parallel=parallel, **options)(function)
     finally:
         config.CACHE_DIR = before
 

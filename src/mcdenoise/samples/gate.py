@@ -138,6 +138,25 @@ def check_bandwidth(value: object, name: str) -> float:
     return number
 
 
+def check_share(value: object, name: str) -> float:
+    """Return a share as a float in [0, 1].
+
+    Raises
+    ------
+    ValueError
+        If `value` is no number, NaN, or outside.
+
+    Examples
+    --------
+    >>> check_share(1, "cancellation")
+    1.0
+    """
+    number = _real(value, name)
+    if not 0 <= number <= 1:
+        raise ValueError(f"{name} must lie in [0, 1], got {number:g}.")
+    return number
+
+
 def check_radius(radius: object, sigma_space: float) -> int:
     """Return the window radius in pixels: `radius` itself, or ceil(3 sigma_space) if it is None.
 

@@ -17,7 +17,8 @@ from mcdenoise.render import capture, render_image, render_reference
 from mcdenoise.samples import SampleBuffer, pixel_mean
 from mcdenoise.samples.gate import check_count, check_names
 from mcdenoise.study.machine import usable_cores
-from mcdenoise.study.methods import METHODS, Method, choose_parameters
+from mcdenoise.study.methods import METHODS, Method
+from mcdenoise.study.tune import choose_parameters
 
 T = TypeVar("T")
 REPEATS = 5

@@ -8,9 +8,16 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
-from mcdenoise.filters import bilateral, cross_bilateral, gaussian
+from mcdenoise.filters import (
+    bilateral,
+    cross_bilateral,
+    gaussian,
+    joint_nlm,
+    nlm,
+    noise_variance,
+    prefilter_features,
+)
 from mcdenoise.samples import SampleBuffer, pixel_mean
 
 Parameters = Mapping[str, Any]
@@ -26,58 +33,31 @@ class Method:
     label : what charts and tables call it
     chapter : where the course explains it
     candidates : samples -> parameters worth trying; the middle one serves where nothing can be tried
-    run : (samples, **parameters) -> (h, w, 3) float32
+    prepare : samples -> whatever does not depend on parameters, a dict of arguments of `apply`
+    apply : (**prepared, **parameters) -> (h, w, 3) float32
     """
 
     name: str
     label: str
     chapter: int
     candidates: Callable[[SampleBuffer], Sequence[Parameters]]
-    run: Callable[..., np.ndarray]
+    prepare: Callable[[SampleBuffer], dict[str, Any]]
+    filter: Callable[..., np.ndarray]
 
+    def apply(self, prepared: dict[str, Any], **parameters: Any) -> np.ndarray:
+        """Filter what `prepare` made: (h, w, 3) float32."""
+        return self.filter(**prepared, **parameters)
 
-def choose_parameters(method: Method, samples: SampleBuffer) -> Parameters:
-    """Choose the candidate with the smallest error that two independent halves of the samples let us expect: no reference.
-
-    For halves A and B, E |F(A) - B|^2 = E |F(A) - truth|^2 + variance of B, and the last term is the same for every candidate.
-    What is left is squared bias plus the variance of F(A). All samples together have half that variance, and |F(A) - F(B)|^2
-    is twice it on average, so a quarter of it is taken off (exact for a linear filter). Errors are relative as in relMSE,
-    with a slightly blurred A in the denominator: it must not know B. With 1 spp there are no halves: the middle candidate.
-
-    Returns
-    -------
-    One of ``method.candidates(samples)``.
-
-    Examples
-    --------
-    >>> rng = np.random.default_rng(0)
-    >>> corner = np.stack(np.meshgrid(np.arange(16), np.arange(16)), axis=-1)[:, :, np.newaxis]
-    >>> flat = SampleBuffer.from_arrays(1 + 0.5 * rng.random((16, 16, 4, 3)), np.repeat(corner + 0.5, 4, axis=2))
-    >>> choose_parameters(METHODS["gaussian"], flat)
-    {'sigma_space': 2.8}
-    """
-    candidates = method.candidates(samples)
-    if samples.spp < 2:
-        return candidates[len(candidates) // 2]
-    half = samples.spp // 2
-    halves = samples.subset(0, half), samples.subset(half, 2 * half)
-    means = [pixel_mean(one.radiance) for one in halves]
-    scales = [gaussian(mean, sigma_space=0.7) ** 2 + 0.01 for mean in means]
-
-    def error(parameters: Parameters) -> float:
-        filtered = [method.run(one, **parameters) for one in halves]
-        excess = (filtered[0] - filtered[1]) ** 2 / 4
-        pairs = zip(filtered, reversed(means), scales, strict=True)
-        return sum(float((((image - other) ** 2 - excess) / scale).mean()) for image, other, scale in pairs)
-
-    return min(tqdm(candidates, f"bandwidths of {method.label}", disable=None, leave=False), key=error)
+    def run(self, samples: SampleBuffer, **parameters: Any) -> np.ndarray:
+        """Samples in, image out: prepare and apply."""
+        return self.apply(self.prepare(samples), **parameters)
 
 
 def feature_spreads(samples: SampleBuffer) -> dict[str, float]:
-    """Return how far the pixel means of each first-hit feature spread over the image: the scale of its bandwidth.
+    """Return how far the pixel means of each feature spread over the image: the scale of its bandwidth.
 
     The spread is the root mean square distance from the mean, over all channels, in the feature's own unit. Features that
-    do not vary over the image are left out; so are second hits, which chapter 04 takes up.
+    do not vary over the image are left out.
 
     Examples
     --------
@@ -90,10 +70,27 @@ def feature_spreads(samples: SampleBuffer) -> dict[str, float]:
     """
     spreads = {}
     for name in samples.feature_names:
-        if not name.endswith("_2"):
-            mean = pixel_mean(samples[name]).reshape(samples.height * samples.width, -1)
-            spreads[name] = float(np.sqrt(mean.var(axis=0, dtype=np.float64).sum()))
+        mean = pixel_mean(samples[name]).reshape(samples.height * samples.width, -1)
+        spreads[name] = float(np.sqrt(mean.var(axis=0, dtype=np.float64).sum()))
     return {name: spread for name, spread in spreads.items() if spread > 0}
+
+
+def bandwidths(spreads: Mapping[str, float], share: float, second_share: float) -> dict[str, float]:
+    """Return sigma_features: a share of each feature's spread, with a share of its own for second hits.
+
+    Examples
+    --------
+    >>> bandwidths({"albedo": 0.5, "albedo_2": 0.5}, 0.2, np.inf)
+    {'albedo': 0.1, 'albedo_2': inf}
+    """
+    return {name: (second_share if name.endswith("_2") else share) * spread for name, spread in spreads.items()}
+
+
+def _shares(samples: SampleBuffer, first: Sequence[float], second: Sequence[float]) -> list[dict[str, float]]:
+    """Every combination of shares of the first and of the second hit; of the first alone if there is no second."""
+    spreads = feature_spreads(samples)
+    second = second if any(name.endswith("_2") for name in spreads) else (np.inf,)
+    return [bandwidths(spreads, *shares) for shares in product(first, second)]
 
 
 def _gaussian_candidates(_: SampleBuffer) -> list[Parameters]:
@@ -106,35 +103,68 @@ def _bilateral_candidates(_: SampleBuffer) -> list[Parameters]:
 
 
 def _cross_bilateral_candidates(samples: SampleBuffer) -> list[Parameters]:
-    spreads = feature_spreads(samples)
-    grid = product((0.7, 1.4, 2.8), (0.1, 0.4, 1.6), (0.1, 0.3, 1.0))
+    shares = _shares(samples, (0.1, 0.3, 1.0), (np.inf, 1.0))
     return [
-        {
-            "sigma_space": space,
-            "sigma_radiance": radiance,
-            "sigma_features": {name: share * spread for name, spread in spreads.items()},
-        }
-        for space, radiance, share in grid
+        {"sigma_space": space, "sigma_radiance": radiance, "sigma_features": sigmas}
+        for space, radiance, sigmas in product((0.7, 1.4, 2.8), (0.1, 0.4, 1.6), shares)
     ]
 
 
-def _run_gaussian(samples: SampleBuffer, **parameters: Any) -> np.ndarray:
-    return gaussian(pixel_mean(samples.radiance), **parameters)
+def _prefiltered_candidates(samples: SampleBuffer) -> list[Parameters]:
+    shares = _shares(samples, (0.1, 0.2, 0.4), (0.2, 0.4, np.inf))
+    return [
+        {"sigma_space": space, "sigma_radiance": radiance, "sigma_features": sigmas}
+        for space, radiance, sigmas in product((0.7, 1.4, 2.8), (0.4, 1.6), shares)
+    ]
 
 
-def _run_bilateral(samples: SampleBuffer, **parameters: Any) -> np.ndarray:
-    return bilateral(pixel_mean(samples.radiance), **parameters)
+def _nlm_candidates(_: SampleBuffer) -> list[Parameters]:
+    return [{"patch_radius": r, "k": k, "weight_radius": 1} for r, k in product((1, 3), (0.3, 0.45, 0.6, 0.8))]
 
 
-def _run_cross_bilateral(samples: SampleBuffer, **parameters: Any) -> np.ndarray:
-    return cross_bilateral(pixel_mean(samples.radiance), samples, **parameters)
+def _joint_nlm_candidates(samples: SampleBuffer) -> list[Parameters]:
+    shares = _shares(samples, (0.1, 0.2, 0.4), (0.2, 0.4, np.inf))
+    return [
+        {"k": k, "weight_radius": 1, "sigma_features": sigmas} for k, sigmas in product((0.6, 0.8, 1.2), shares)
+    ]
+
+
+def _image(samples: SampleBuffer) -> dict[str, Any]:
+    return {"image": pixel_mean(samples.radiance)}
+
+
+def _image_and_features(samples: SampleBuffer) -> dict[str, Any]:
+    return {**_image(samples), "features": {name: pixel_mean(samples[name]) for name in feature_spreads(samples)}}
+
+
+def _image_and_prefiltered(samples: SampleBuffer) -> dict[str, Any]:
+    features, variances = prefilter_features(samples, list(feature_spreads(samples)))
+    return {**_image(samples), "features": features, "variances": variances}
+
+
+def _image_and_variance(samples: SampleBuffer) -> dict[str, Any]:
+    return {**_image(samples), "variance": noise_variance(samples.radiance)}
+
+
+def _everything(samples: SampleBuffer) -> dict[str, Any]:
+    return {**_image_and_variance(samples), **_image_and_prefiltered(samples)}
 
 
 METHODS = {
     method.name: method
     for method in (
-        Method("gaussian", "Gaussian", 2, _gaussian_candidates, _run_gaussian),
-        Method("bilateral", "bilateral", 3, _bilateral_candidates, _run_bilateral),
-        Method("cross_bilateral", "cross-bilateral", 4, _cross_bilateral_candidates, _run_cross_bilateral),
+        Method("gaussian", "Gaussian", 2, _gaussian_candidates, _image, gaussian),
+        Method("bilateral", "bilateral", 3, _bilateral_candidates, _image, bilateral),
+        Method("cross_bilateral", "cross-bilateral", 4, _cross_bilateral_candidates, _image_and_features, cross_bilateral),
+        Method(
+            "cross_bilateral_prefiltered",
+            "cross-bilateral, prefiltered",
+            4,
+            _prefiltered_candidates,
+            _image_and_prefiltered,
+            cross_bilateral,
+        ),
+        Method("nlm", "NL-means", 4, _nlm_candidates, _image_and_variance, nlm),
+        Method("joint_nlm", "joint NL-means", 4, _joint_nlm_candidates, _everything, joint_nlm),
     )
 }

@@ -22,7 +22,8 @@ from mcdenoise.study.figures._ch03_data import (
     picture,
 )
 from mcdenoise.study.figures._references import reference
-from mcdenoise.study.methods import METHODS, choose_parameters
+from mcdenoise.study.methods import METHODS
+from mcdenoise.study.tune import choose_parameters
 
 SCENE = "pinhole"
 SCENES = ("dof", "pinhole", "soft_shadow", "glossy", "motion")
