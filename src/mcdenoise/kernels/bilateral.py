@@ -1,8 +1,6 @@
 """The fast twin of the bilateral and the cross-bilateral filter: one kernel for any number of guides.
 
-A guide is anything that likeness is judged by: radiance, or a feature. Each of its channels becomes one plane,
-multiplied by sqrt(log2(e) / 2) / sigma, so that a weight is simply 2^(space - sum of squared differences over all
-planes).
+Guides stand in planes as `planes` says: a weight is 2^(space - sum of squared differences over all planes).
 
 Planes are padded on both sides by radius + 1, so that every row operation runs over the same columns whatever the
 offset (the 1: taps go two at a time). In the first guide the padding holds FAR: any real pixel is so far from it that
@@ -15,19 +13,23 @@ No two threads ever write to one place, and the bits do not depend on how many t
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import prange
 
 from mcdenoise.kernels.jit import kernel
-from mcdenoise.kernels.rows import add_squares, add_two, add_two_weighted, place, weigh, weigh_on
+from mcdenoise.kernels.planes import FAR, GROUP, padded_planes, place_planes, space_exponent
+from mcdenoise.kernels.rows import (
+    add_normalised,
+    add_squares,
+    add_two,
+    add_two_weighted,
+    place,
+    weigh,
+    weigh_on,
+)
 
-FAR = 1e18
-KNEE = 1e10
 ROWS_PER_BLOCK = 16
 COLUMN_STEP = 8
-GROUP = 3
 
 
 def bilateral_sums(
@@ -46,52 +48,46 @@ def bilateral_sums(
 
 def cross_bilateral_sums(
     image: np.ndarray,
-    guides: list[tuple[np.ndarray, float]],
+    guides: list[tuple[np.ndarray, float, np.ndarray | None]],
     sigma_space: float,
     sigma_radiance: float,
     radius: int,
+    radiance_variance: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Sum of w c (h, w, c) and sum of w (h, w) in float32; the twin of `filters.cross_bilateral.cross_bilateral_sums`.
 
     Examples
     --------
-    >>> guide = np.array([[[0.0], [2.0]]])
-    >>> total, norm = cross_bilateral_sums(np.ones((1, 2, 1)), [(guide, 2.0)], np.inf, np.inf, radius=1)
+    >>> guide = (np.array([[[0.0], [2.0]]]), 2.0, None)
+    >>> total, norm = cross_bilateral_sums(np.ones((1, 2, 1)), [guide], np.inf, np.inf, radius=1)
     >>> norm.round(3)
     array([[1.607, 1.607]], dtype=float32)
     """
     height, width, channels = image.shape
     reach_y, reach_x = min(radius, height - 1), min(radius, width - 1)
     margin = reach_x + 1
-    padded = (width // COLUMN_STEP + 1) * COLUMN_STEP + 2 * margin
-    inside = np.s_[:, :, margin : margin + width]
+    size = (height, (width // COLUMN_STEP + 1) * COLUMN_STEP + 2 * margin, margin)
+    inside = np.s_[..., margin : margin + width]
 
-    colour = np.zeros((channels, height, padded), np.float32)
+    colour = padded_planes(channels, size)
     colour[inside] = np.moveaxis(image, -1, 0)
-    active = [(feature, sigma) for feature, sigma in [(image, sigma_radiance), *guides] if sigma < math.inf]
-    planes = sum(feature.shape[-1] for feature, _ in active)
-    guide = np.zeros((max(GROUP, -(-planes // GROUP) * GROUP), height, padded), np.float32)
-    guide[0] = FAR
-    guide[0][inside[1:]] = 0
-    first = 0
-    for feature, sigma in active:
-        last = first + feature.shape[-1]
-        guide[first:last][inside] = _guide_planes(feature, sigma)
-        first = last
-    exponent = space_exponent(sigma_space, reach_y, reach_x)
-    return _window_sums(colour, guide, exponent, width)
+    plain, noisy, spread = place_planes([(image, sigma_radiance, radiance_variance), *guides], size, width)
+    guide = plain if len(plain) else padded_planes(GROUP, size)
+    guide[0, :, :margin] = guide[0, :, margin + width :] = FAR
+    return _window_sums(colour, guide, noisy, spread, space_exponent(sigma_space, reach_y, reach_x), width)
 
 
 def _window_sums(
-    colour: np.ndarray, guide: np.ndarray, exponent: np.ndarray, width: int
+    colour: np.ndarray, guide: np.ndarray, noisy: np.ndarray, spread: np.ndarray, exponent: np.ndarray, width: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Run the kernels on padded planes: colour (c, h, padded), guide (k, h, padded)."""
+    """Run the kernels on padded planes: colour (c, h, padded), guide (k, h, padded), noisy and spread (q, h, padded)."""
     channels, height, padded = colour.shape
     reach_y, reach_x = len(exponent) - 1, exponent.shape[1] // 2 - 1
     rows = max(ROWS_PER_BLOCK, reach_y // 2)
     sums_rows = rows + reach_y
     sums = np.zeros((-(-height // rows), (channels + 1) * sums_rows * padded), np.float32)
-    sum_blocks(sums, colour.ravel(), guide.ravel(), exponent, channels, len(guide), height, rows)
+    guides = guide.ravel(), noisy.ravel(), spread.ravel()
+    sum_blocks(sums, colour.ravel(), *guides, exponent, channels, len(guide), len(noisy), height, rows)
 
     # Each pixel itself has the weight 1; then come the pairs, block after block.
     result = np.concatenate([colour, np.ones((1, height, padded), np.float32)])
@@ -102,48 +98,17 @@ def _window_sums(
     return np.moveaxis(inside[:-1], 0, -1), inside[-1]
 
 
-def space_exponent(sigma_space: float, reach_y: int, reach_x: int) -> np.ndarray:
-    """log2 of the spatial weight for dy = 0 .. reach_y (rows) and dx = -reach_x .. reach_x (columns).
-
-    One column more holds -FAR, a weight of 0: taps are taken two at a time, and their number may be odd.
-
-    Examples
-    --------
-    >>> space_exponent(1.0, 0, 1)[:, :3]
-    array([[-0.7213475, -0.       , -0.7213475]], dtype=float32)
-    """
-    dy, dx = np.ogrid[: reach_y + 1, -reach_x : reach_x + 1]
-    with np.errstate(over="ignore", divide="ignore"):
-        square = (dy / sigma_space) ** 2 + (dx / sigma_space) ** 2
-    exponent = -np.minimum(square * (0.5 * math.log2(math.e)), FAR)
-    return np.append(exponent, np.full((reach_y + 1, 1), -FAR), axis=1).astype(np.float32)
-
-
-def _guide_planes(feature: np.ndarray, sigma: float) -> np.ndarray:
-    """Return the planes of one guide, multiplied by sqrt(log2(e) / 2) / sigma.
-
-    They are rounded to float32 after that, so a difference is off by up to 2^-24 of the larger value.
-    Two float32 numbers that differ are at least 600 sigma apart if one is beyond KNEE sigma, so their weight is 0.
-    Beyond KNEE a logarithm takes over: it keeps such numbers apart, and no square of a difference can overflow.
-    """
-    planes, scale = np.moveaxis(feature, -1, 0), min(math.sqrt(0.5 * math.log2(math.e)) / sigma, 1e200)
-    if max(float(np.abs(feature).max()), 1e-20) * scale <= KNEE:
-        return planes * scale
-    planes = planes * np.float64(scale)
-    beyond = np.abs(planes) > KNEE
-    planes[beyond] = np.sign(planes[beyond]) * KNEE * (1 + np.log(np.abs(planes[beyond]) / KNEE))
-    return planes
-
-
 @kernel(parallel=True)
-def sum_blocks(sums, colour, guide, exponent, channels, planes, height, rows):
-    """Sums of each block of rows, for flat padded planes: colour (channels), guide (planes, a multiple of GROUP)."""
+def sum_blocks(sums, colour, guide, noisy, spread, exponent, channels, planes, noisy_planes, height, rows):
+    """Sums of each block of rows, for flat padded planes; guide and noisy hold whole groups of planes."""
     for block in prange(sums.shape[0]):
-        block_sums(sums[block], colour, guide, exponent, channels, planes, height, block * rows, rows)
+        block_sums(
+            sums[block], colour, guide, noisy, spread, exponent, channels, planes, noisy_planes, height, block * rows, rows
+        )
 
 
 @kernel
-def block_sums(sums, colour, guide, exponent, channels, planes, height, top, rows):
+def block_sums(sums, colour, guide, noisy, spread, exponent, channels, planes, noisy_planes, height, top, rows):
     """Weigh the pairs whose upper pixel lies in one block; add both ways into `sums`, planes of rows + reach_y rows."""
     reach_y, reach_x = exponent.shape[0] - 1, exponent.shape[1] // 2 - 1
     padded = colour.size // (channels * height)
@@ -156,8 +121,13 @@ def block_sums(sums, colour, guide, exponent, channels, planes, height, top, row
             for dx in range(-reach_x if dy > 0 else 1, reach_x + 1, 2):
                 there, sums_there = here + dy * padded + dx, sums_here + dy * padded + dx
                 space, next_space = exponent[dy, dx + reach_x], exponent[dy, dx + 1 + reach_x]
-                weigh_row(weight, 0, length, space, guide, here, there, plane, planes)
-                weigh_row(weight, length + 1, length, next_space, guide, here, there + 1, plane, planes)
+                for at, to, near in ((0, there, space), (length + 1, there + 1, next_space)):
+                    if noisy_planes > 0:
+                        weigh_noisy_row(
+                            weight, at, length, near, guide, noisy, spread, here, to, plane, planes, noisy_planes
+                        )
+                    else:
+                        weigh_row(weight, at, length, near, guide, here, to, plane, planes)
                 add_both_ways(
                     sums, sums_here, sums_there, sums_plane, weight, length, colour, here, there, plane, channels
                 )
@@ -188,6 +158,20 @@ def weigh_row(weight, at, length, exponent, guide, here, there, plane, planes):
         return
     for x in range(at, at + n):
         weight[x] = np.float32(0)
+    for k in range(0, last, GROUP):
+        add_squares(weight, at, n, guide, place(here + k * plane), place(there + k * plane), step)
+    weigh_on(weight, at, n, exponent, guide, place(here + last * plane), place(there + last * plane), step)
+
+
+@kernel
+def weigh_noisy_row(weight, at, length, exponent, guide, noisy, spread, here, there, plane, planes, noisy_planes):
+    """As `weigh_row`, where some guides have a variance: their squares are divided first."""
+    at, n, step = place(at), place(length), place(plane)
+    for x in range(at, at + n):
+        weight[x] = np.float32(0)
+    for k in range(0, noisy_planes, GROUP):
+        add_normalised(weight, at, n, noisy, spread, place(here + k * plane), place(there + k * plane), step)
+    last = planes - GROUP
     for k in range(0, last, GROUP):
         add_squares(weight, at, n, guide, place(here + k * plane), place(there + k * plane), step)
     weigh_on(weight, at, n, exponent, guide, place(here + last * plane), place(there + last * plane), step)

@@ -52,6 +52,21 @@ def add_squares(distance, at, length, guide, here, there, plane):
 
 
 @kernel
+def add_normalised(distance, at, length, guide, spread, here, there, plane):
+    """As `add_squares`, each square divided by the sum of the two pixels' `spread`."""
+    here_1, here_2, there_1, there_2 = here + plane, here + plane + plane, there + plane, there + plane + plane
+    for x in range(ZERO, length):
+        a = guide[here + x] - guide[there + x]
+        b = guide[here_1 + x] - guide[there_1 + x]
+        c = guide[here_2 + x] - guide[there_2 + x]
+        distance[at + x] += (
+            a * a / (spread[here + x] + spread[there + x])
+            + b * b / (spread[here_1 + x] + spread[there_1 + x])
+            + c * c / (spread[here_2 + x] + spread[there_2 + x])
+        )
+
+
+@kernel
 def weigh(weight, at, length, exponent, guide, here, there, plane):
     """weight[at + x] = 2^(exponent - squared distance of three guide planes between the rows at `here`, `there`)."""
     here_1, here_2, there_1, there_2 = here + plane, here + plane + plane, there + plane, there + plane + plane

@@ -1,0 +1,384 @@
+"""The fast twin of NL-means and of its joint form with features: shift and box.
+
+For one offset (dy, dx) the distance of every pixel to the pixel dy, dx away is a whole image, and the distance of
+patches is a box sum of it. So the loop over offsets stands outside, and patches cost next to nothing, whatever their
+size. Per block of rows and offset, row by row:
+
+    distances of pixels -> sums of 2 patch_x + 1 columns -> sums of 2 patch_y + 1 rows -> weights
+    (-> the mean weight of a small box) (-> times the likeness of features) -> total and norm
+
+A box of 2 r + 1 rows is r pairs of rows and a single one; each pair is added up once and used by r boxes. (A running
+sum would be cheaper still, but never loses the rounding errors of a steep edge it has passed.)
+
+Weights are not symmetric (see `filters.nlm`), so each pixel gathers for itself: no two threads write to one row.
+
+The image has its columns at `margin` in padded planes, and every row loop runs over the same `length` columns. A plane
+of ones, padded with zeros, is averaged along with the colour: its sum is norm, and what lies outside adds nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import prange
+
+from mcdenoise.kernels.jit import kernel
+from mcdenoise.kernels.patch_rows import (
+    NONE,
+    add_three_weighted,
+    average,
+    compare,
+    compare_on,
+    fill,
+    multiply_by_likeness,
+    pair_up,
+    sum_odd,
+    weigh_patches,
+)
+from mcdenoise.kernels.planes import GROUP, SMALLEST, in_groups, in_units, padded_planes, place_planes, space_exponent
+from mcdenoise.kernels.rows import ZERO, add_normalised, add_squares, place
+
+ROWS_PER_BLOCK = 32
+COLUMN_STEP = 32  # row loops run over whole vectors, four at a time
+ONE, LOG2_E = np.float32(1), np.float32(math.log2(math.e))
+
+
+class Planes(NamedTuple):
+    """What the kernels read: flat, padded planes."""
+
+    colour: np.ndarray  # what is averaged, and the ones
+    compared: np.ndarray  # what patches are made of
+    level: np.ndarray  # its variance
+    plain: np.ndarray  # features without noise
+    noisy: np.ndarray  # features with a variance
+    spread: np.ndarray  # what divides the squares of noisy features
+
+
+class Sizes(NamedTuple):
+    """Every whole number that the kernels need."""
+
+    height: int
+    width: int
+    length: int  # columns that a row loop runs over
+    margin: int  # columns before the first one of the image
+    channels: int  # averaged planes, the ones included
+    compared: int  # planes of the patches, in groups
+    plain: int  # planes of features without noise, in groups
+    noisy: int  # planes of features with a variance, in groups
+    search_y: int
+    search_x: int
+    patch_y: int
+    patch_x: int
+    weight_y: int
+    weight_x: int
+    joint: int  # 1: weights are multiplied by the likeness of features and the nearness
+
+
+def nlm_sums(
+    image: np.ndarray,
+    guide: np.ndarray,
+    variance: np.ndarray,
+    search_radius: int,
+    patch_radius: int,
+    k: float,
+    weight_radius: int = 0,
+    cancellation: float = 1.0,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sum of w c (h, w, c) and sum of w (h, w) in float32; the twin of `filters.nlm.nlm_sums`.
+
+    Examples
+    --------
+    >>> image = np.array([[[0.0], [3.0]]])
+    >>> total, norm = nlm_sums(image, image, np.ones((1, 2, 1)), 1, 0, k=2.0)
+    >>> norm.round(4)
+    array([[1.4169, 1.4169]], dtype=float32)
+    """
+    dials = search_radius, patch_radius, k, weight_radius, cancellation
+    return _sums(image, guide, variance, [], math.inf, dials)
+
+
+def joint_nlm_sums(
+    image: np.ndarray,
+    variance: np.ndarray,
+    guides: list[tuple[np.ndarray, float, np.ndarray | None]],
+    sigma_space: float,
+    search_radius: int,
+    patch_radius: int,
+    k: float,
+    weight_radius: int = 0,
+    cancellation: float = 1.0,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Sum of w c (h, w, c) and sum of w (h, w) in float32; the twin of `filters.joint_nlm.joint_nlm_sums`.
+
+    Examples
+    --------
+    >>> image, guide = np.array([[[0.0], [3.0]]]), (np.array([[[0.0], [1.0]]]), 1.0, None)
+    >>> total, norm = joint_nlm_sums(image, np.ones((1, 2, 1)), [guide], np.inf, 1, 0, k=2.0)
+    >>> norm.round(4)
+    array([[1.2528, 1.2528]], dtype=float32)
+    """
+    dials = search_radius, patch_radius, k, weight_radius, cancellation
+    return _sums(image, image, variance, guides, sigma_space, dials)
+
+
+def _sums(
+    image: np.ndarray, guide: np.ndarray, variance: np.ndarray, guides: list, sigma_space: float, dials: tuple
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lay everything out in planes, and run the kernels."""
+    search_radius, patch_radius, k, weight_radius, cancellation = dials
+    height, width, channels = image.shape
+    reach = [min(radius, side - 1) for radius in (search_radius, patch_radius, weight_radius) for side in (height, width)]
+    length = -(-width // COLUMN_STEP) * COLUMN_STEP
+    margin = reach[1] + GROUP  # taps go three at a time, and their number may be none of 3
+    size = (height, length + 2 * margin, margin)
+    inside = np.s_[..., margin : margin + width]
+
+    colour = padded_planes(channels + 1, size)
+    colour[:-1][inside] = np.moveaxis(image, -1, 0)
+    colour[-1][inside] = 1
+    compared, level, cancelled = _patch_planes(guide, variance, k, cancellation, size, width)
+    plain, noisy, spread = place_planes(guides, size, width)
+    exponent = space_exponent(sigma_space, *reach[:2])
+    joint = len(plain) + len(noisy) > 0 or sigma_space < math.inf
+    counts = channels + 1, len(compared), len(plain), len(noisy)
+    sizes = Sizes(height, width, length, margin, *counts, *reach, int(joint))
+    total = np.zeros((channels + 1, height, length), np.float32)
+    sum_blocks(
+        total.ravel(),
+        Planes(*(planes.ravel() for planes in (colour, compared, level, plain, noisy, spread))),
+        exponent,
+        *(column_shares(sizes.search_x, x, width, length).ravel() for x in (sizes.patch_x, sizes.weight_x)),
+        np.float32(cancelled),
+        sizes,
+    )
+    return np.moveaxis(total[:-1, :, :width], 0, -1), total[-1, :, :width]
+
+
+def _patch_planes(
+    guide: np.ndarray, variance: np.ndarray, k: float, cancellation: float, size: tuple[int, int, int], width: int
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Planes of the patches, in units that make the largest variance 1; the plane of the variances; what is taken off.
+
+    With the mean variance v and its largest value v_max, level = v / v_max and guide / (k sqrt(c v_max)) give
+    d^2 = (sum of squares - cancellation / k^2 (level_p + min)) / (level_p + level_q).
+    """
+    inside = np.s_[:, size[2] : size[2] + width]
+    variance = variance.mean(axis=-1, dtype=np.float64)
+    largest = float(variance.max())
+    level = padded_planes(1, size, fill=1.0)
+    level[0][inside] = np.maximum(variance / largest, SMALLEST) if largest > 0 else SMALLEST
+    compared = padded_planes(in_groups(guide.shape[-1]), size)
+    # `in_units` multiplies by sqrt(log2(e) / 2), which is meant for a bell; here it is taken out again.
+    unit = k * math.sqrt(guide.shape[-1] * (largest or 1.0)) * math.sqrt(0.5 * math.log2(math.e))
+    if unit < math.inf:
+        for k_plane, plane in enumerate(in_units(guide, max(unit, 1e-200))):
+            compared[k_plane][inside] = plane
+    return compared, level, min(cancellation / k / k, 1e30)
+
+
+def column_shares(search: int, reach: int, width: int, length: int) -> np.ndarray:
+    """For each dx = -search .. search and column: 1 / number of columns of a box that lie inside with and without dx.
+
+    Examples
+    --------
+    >>> column_shares(1, 1, 3, 3).round(2).tolist()
+    [[1.0, 0.5, 0.5], [0.5, 0.33, 0.5], [0.5, 0.5, 1.0]]
+    """
+    column = np.arange(width)
+    shares = np.zeros((2 * search + 1, length), np.float32)
+    for share, dx in zip(shares, range(-search, search + 1), strict=True):
+        first, last = max(0, -dx), min(width, width - dx) - 1
+        count = np.minimum(column + reach, last) - np.maximum(column - reach, first) + 1
+        share[:width] = 1 / np.maximum(count, 1)
+    return shares
+
+
+@kernel(parallel=True)
+def sum_blocks(total, planes, exponent, patch_share, weight_share, cancelled, s):
+    """Fill `total`, flat planes of (height, length), in blocks of rows."""
+    for block in prange((s.height + ROWS_PER_BLOCK - 1) // ROWS_PER_BLOCK):
+        block_sums(total, planes, exponent, patch_share, weight_share, cancelled, s, block * ROWS_PER_BLOCK)
+
+
+@kernel
+def block_sums(total, planes, exponent, patch_share, weight_share, cancelled, s, top):
+    """Sums of the rows from `top` on, over all offsets, three steps in x at a time."""
+    bottom, plane = min(top + ROWS_PER_BLOCK, s.height), ROWS_PER_BLOCK * s.length
+    weight = np.zeros(GROUP * plane, np.float32)
+    rows = ROWS_PER_BLOCK + 2 * s.weight_y
+    patches = empty_box(rows + 2 * s.patch_y, s.patch_x, s.length)
+    smooth = empty_box(rows, s.weight_x, s.length)
+    likeness = np.zeros(s.length, np.float32)
+    for dy in range(-s.search_y, s.search_y + 1):
+        first, last = max(0, -dy), min(s.height, s.height - dy)  # the rows that have a row dy further down
+        clear_rows(patches, top - s.weight_y - s.patch_y, first, last, s.length)
+        clear_rows(smooth, top - s.weight_y, first, last, s.length)
+        for dx in range(-s.search_x, s.search_x + 1, GROUP):
+            for tap in range(GROUP):
+                at = tap * plane
+                if dx + tap > s.search_x:
+                    fill(weight, place(at), place(plane), NONE)
+                    continue
+                box_patches(patches, planes, cancelled, s, top, first, last, dy, dx + tap)
+                if s.weight_y + s.weight_x > 0:
+                    box_weights(smooth, patches, patch_share, s, top, first, last, dx + tap)
+                    for y in range(max(top, first), min(bottom, last)):
+                        to, scale = place(at + (y - top) * s.length), ONE / rows_inside(y, s.weight_y, first, last)
+                        sum_rows(weight, to, smooth, y - top + s.weight_y, s.weight_y, s.length)
+                        average(weight, to, place(s.length), weight_share, column(dx + tap, s), scale)
+                else:
+                    for y in range(max(top, first), min(bottom, last)):
+                        to = place(at + (y - top) * s.length)
+                        weigh_row(weight, to, patches, patch_share, s, y, top, first, last, dx + tap)
+                if s.joint > 0:
+                    near = exponent[abs(dy), dx + tap + s.search_x]
+                    for y in range(max(top, first), min(bottom, last)):
+                        to = place(at + (y - top) * s.length)
+                        weigh_features(weight, to, likeness, near, planes, s, y, dy, dx + tap)
+            for y in range(max(top, first), min(bottom, last)):
+                add_taps(total, weight, planes, s, y, (y - top) * s.length, dy, dx)
+
+
+@kernel
+def empty_box(rows, reach_x, length):
+    """Room for box sums of an image of `rows` x `length`: a row with margins, pairs of columns, box rows, pairs of rows.
+
+    Both kinds of pairs end in zeros: the place of a pair that there is not.
+    """
+    row = np.zeros(length + 2 * reach_x, np.float32)
+    column_pairs = np.zeros(2 * length + 2 * reach_x, np.float32)
+    return row, column_pairs, np.zeros(rows * length, np.float32), np.zeros((rows + 1) * length, np.float32)
+
+
+@kernel
+def clear_rows(box, start, first, last, length):
+    """Set the box rows to 0 whose image rows (from `start` on) lie outside [first, last)."""
+    rows = box[2]
+    for k in range(rows.size // length):
+        if not first <= start + k < last:
+            fill(rows, place(k * length), place(length), NONE)
+
+
+@kernel
+def box_patches(box, planes, cancelled, s, top, first, last, dy, dx):
+    """Distances of pixels for one offset, summed over the columns of patches, and pairs of such rows."""
+    row, start = box[0], top - s.weight_y - s.patch_y
+    stride = s.length + 2 * s.margin
+    for y in range(max(start, first), min(start + box[2].size // s.length, last)):
+        here, there = y * stride + s.margin, (y + dy) * stride + s.margin + dx
+        compare_rows(row, place(s.patch_x), planes, cancelled, place(here), place(there), s)
+        clear_columns(row, s.patch_x, dx, s.width)
+        sum_columns(box, y - start, s.patch_x, s.length)
+    pair_rows(box, s.length)
+
+
+@kernel
+def compare_rows(row, at, planes, cancelled, here, there, s):
+    """Distances of the pixels of two rows, from all compared planes, three at a time."""
+    compared, plane, last = planes.compared, place(s.height * (s.length + 2 * s.margin)), s.compared - GROUP
+    n, level = place(s.length), planes.level
+    if last == 0:
+        compare(row, at, n, compared, level, here, there, here, there, plane, cancelled)
+        return
+    fill(row, at, n, NONE)
+    for k in range(0, last, GROUP):
+        add_squares(row, at, n, compared, here + place(k) * plane, there + place(k) * plane, plane)
+    shift = place(last) * plane
+    compare_on(row, at, n, compared, level, here + shift, there + shift, here, there, plane, cancelled)
+
+
+@kernel
+def clear_columns(row, reach, dx, width):
+    """Set to 0 what a box may touch of the columns that have no column dx further right; `row` has margins of `reach`."""
+    for x in range(max(0, -dx), max(0, -dx) + reach):
+        row[x] = NONE
+    for x in range(min(width, width - dx) + reach, min(width, width - dx) + 2 * reach):
+        row[x] = NONE
+
+
+@kernel
+def sum_columns(box, k, reach, length):
+    """Box row k = sums over 2 reach + 1 columns of the row with margins."""
+    row, pairs, rows, _ = box
+    n, zero = place(length), place(length + 2 * reach)
+    if reach > 0:
+        pair_up(pairs, ZERO, place(length + 2 * reach - 1), row, ZERO, place(1))
+    sum_odd(rows, place(k * length), n, pairs, ZERO, place(2), reach, zero, row, place(2 * reach))
+
+
+@kernel
+def pair_rows(box, length):
+    """Add up each two neighbouring box rows."""
+    rows, pairs = box[2], box[3]
+    pair_up(pairs, ZERO, place(rows.size - length), rows, ZERO, place(length))
+
+
+@kernel
+def sum_rows(total, at, box, k, reach, length):
+    """total = sum of the box rows k - reach .. k + reach."""
+    rows, pairs = box[2], box[3]
+    zero = place(rows.size)
+    first, single = place((k - reach) * length), place((k + reach) * length)
+    sum_odd(total, at, place(length), pairs, first, place(2 * length), reach, zero, rows, single)
+
+
+@kernel
+def rows_inside(y, reach, first, last):
+    """How many of the rows y - reach .. y + reach lie in [first, last)."""
+    return np.float32(min(y + reach, last - 1) - max(y - reach, first) + 1)
+
+
+@kernel
+def column(dx, s):
+    """Where the shares of an offset begin."""
+    return place((dx + s.search_x) * s.length)
+
+
+@kernel
+def weigh_row(weight, at, patches, patch_share, s, y, top, first, last, dx):
+    """Weights of row y from the box rows of patches."""
+    sum_rows(weight, at, patches, y - top + s.weight_y + s.patch_y, s.patch_y, s.length)
+    scale = LOG2_E / rows_inside(y, s.patch_y, first, last)
+    weigh_patches(weight, at, place(s.length), patch_share, column(dx, s), scale)
+
+
+@kernel
+def box_weights(smooth, patches, patch_share, s, top, first, last, dx):
+    """Weights of the rows of a block and around it, summed over columns, and pairs of such rows."""
+    row, start = smooth[0], top - s.weight_y
+    for y in range(max(start, first), min(start + smooth[2].size // s.length, last)):
+        weigh_row(row, place(s.weight_x), patches, patch_share, s, y, top, first, last, dx)
+        clear_columns(row, s.weight_x, dx, s.width)
+        sum_columns(smooth, y - start, s.weight_x, s.length)
+    pair_rows(smooth, s.length)
+
+
+@kernel
+def weigh_features(weight, at, distance, near, planes, s, y, dy, dx):
+    """Multiply a row of weights by the likeness of all features, and by the nearness."""
+    stride, n = s.length + 2 * s.margin, place(s.length)
+    plane = place(s.height * stride)
+    here, there = place(y * stride + s.margin), place((y + dy) * stride + s.margin + dx)
+    fill(distance, ZERO, n, NONE)
+    for k in range(0, s.plain, GROUP):
+        shift = place(k) * plane
+        add_squares(distance, ZERO, n, planes.plain, here + shift, there + shift, plane)
+    for k in range(0, s.noisy, GROUP):
+        shift = place(k) * plane
+        add_normalised(distance, ZERO, n, planes.noisy, planes.spread, here + shift, there + shift, plane)
+    multiply_by_likeness(weight, at, n, near, distance)
+
+
+@kernel
+def add_taps(total, weight, planes, s, y, at, dy, dx):
+    """Average three taps into one row of every plane of `total`."""
+    stride, n, step = s.length + 2 * s.margin, place(s.length), ROWS_PER_BLOCK * s.length
+    first, second, third = place(at), place(at + step), place(at + 2 * step)
+    for k in range(s.channels):
+        to = place((k * s.height + y) * s.length)
+        there = place((k * s.height + y + dy) * stride + s.margin + dx)
+        add_three_weighted(
+            total, to, n, weight, first, second, third, planes.colour, there, there + place(1), there + place(2)
+        )
