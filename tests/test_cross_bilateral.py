@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conftest import assert_close, noise
-from mcdenoise.filters import bilateral, cross_bilateral
+from mcdenoise.filters import bilateral, cross_bilateral, gaussian
 from mcdenoise.samples import SampleBuffer, pixel_mean
 
 pytestmark = pytest.mark.ch04
@@ -173,6 +173,136 @@ def test_keeps_dtype_and_takes_any_memory_layout(engine):
     assert cross_bilateral(image.astype(np.float64), {"albedo": feature}, **common).dtype == np.float64
 
 
+VARIANCES = {"albedo": 0.2 * noise(13, 18, 3, seed=8), "depth": 0.1 * noise(13, 18, seed=9)}
+
+
+def test_noise_widens_the_bandwidth_term_by_term(engine):
+    """One pixel, written out: each squared difference over sigma^2 + both variances, that of the radiance too."""
+    image, noise_of_image, radius, (row, column) = noise(13, 18, 2), 0.1 * noise(13, 18, 2, seed=4), 4, (2, 16)
+    total, norm = 0.0, 0.0
+    for y in range(max(0, row - radius), min(13, row + radius + 1)):
+        for x in range(max(0, column - radius), min(18, column + radius + 1)):
+            exponent = ((y - row) ** 2 + (x - column) ** 2) / 2.5**2
+            both = noise_of_image[y, x] + noise_of_image[row, column]
+            exponent += np.sum((image[y, x] - image[row, column]) ** 2 / (0.7**2 + both))
+            for name, sigma in SIGMAS.items():
+                variance = VARIANCES.get(name, np.zeros((13, 18)))
+                both = variance[y, x] + variance[row, column]
+                exponent += np.sum((SCENE[name][y, x] - SCENE[name][row, column]) ** 2 / (sigma**2 + both))
+            weight = np.exp(-exponent / 2)
+            total, norm = total + weight * image[y, x], norm + weight
+    filtered = cross_bilateral(
+        image,
+        SCENE,
+        sigma_space=2.5,
+        sigma_radiance=0.7,
+        sigma_features=SIGMAS,
+        variances={**VARIANCES, "radiance": noise_of_image},
+        radius=radius,
+        engine=engine,
+    )
+    close(engine, filtered[row, column], total / norm)
+
+
+def test_no_variance_is_the_plain_filter(engine):
+    image = noise(13, 18, 3)
+    common = {"sigma_space": 2.0, "sigma_radiance": 0.8, "sigma_features": SIGMAS, "engine": engine}
+    expected = cross_bilateral(image, SCENE, **common)
+    zero = {"radiance": 0.0, **{name: np.zeros((13, 18)) for name in SIGMAS}}
+    for variances in ({}, zero, dict.fromkeys(zero, 1e-30)):
+        close(engine, cross_bilateral(image, SCENE, variances=variances, **common), expected)
+
+
+def test_a_feature_of_pure_noise_has_no_say(engine):
+    image = noise(13, 18, 3)
+    common = {"sigma_space": 2.0, "sigma_radiance": 0.8, "engine": engine}
+    drowned = cross_bilateral(image, SCENE, sigma_features=SIGMAS, variances=dict.fromkeys(SIGMAS, 1e15), **common)
+    close(engine, drowned, bilateral(image, sigma_space=2.0, sigma_radiance=0.8, engine=engine))
+
+
+def test_small_sigma_counts_in_standard_deviations(engine):
+    """sigma -> 0: a difference of s standard deviations of the difference has the weight exp(-s^2 / 2)."""
+    depth, variance = {"depth": np.array([[0.0, 3.0]])}, {"depth": np.array([[1.0, 3.0]])}
+    common = {"sigma_space": np.inf, "sigma_radiance": np.inf, "radius": 1, "engine": engine}
+    filtered = cross_bilateral(
+        np.array([[0.0, 1.0]]), depth, sigma_features={"depth": 1e-9}, variances=variance, **common
+    )
+    weight = np.exp(-((3.0 / 2.0) ** 2) / 2)
+    close(engine, filtered, np.array([[weight, 1.0]]) / (1 + weight))
+
+
+def test_zero_variance_beside_a_large_one(engine):
+    """Where nothing is noisy the bandwidth alone counts, whatever the noise elsewhere."""
+    image, depth = noise(6, 18, 3), {"depth": noise(6, 18, seed=6)}
+    variance = np.where(np.arange(18) < 9, 0.0, 1e12) * np.ones((6, 1))
+    common = {"sigma_space": 2.0, "sigma_radiance": np.inf, "sigma_features": {"depth": 0.2}, "radius": 3}
+    plain = cross_bilateral(image, depth, engine=engine, **common)
+    filtered = cross_bilateral(image, depth, variances={"depth": variance}, engine=engine, **common)
+    np.testing.assert_allclose(filtered[:, :6], plain[:, :6], rtol=1e-5)
+    box = gaussian(image, sigma_space=2.0, radius=3, engine=engine)
+    np.testing.assert_allclose(filtered[:, 12:], box[:, 12:], rtol=1e-5)
+
+
+@settings(max_examples=30)
+@given(
+    height=st.integers(1, 20),
+    width=st.integers(1, 40),
+    feature_channels=st.lists(st.sampled_from([None, 1, 3, 4]), min_size=1, max_size=4),
+    scale=st.floats(1e-3, 1e6),
+    share=st.floats(0, 100),
+    radius=st.integers(0, 9),
+    seed=st.integers(0, 99),
+)
+def test_engines_agree_with_variances(height, width, feature_channels, scale, share, radius, seed):
+    rng = np.random.default_rng(seed)
+
+    def draw(k):
+        return (scale * rng.normal(size=(height, width) if k is None else (height, width, k))).astype(np.float32)
+
+    image = draw(3)
+    features = {f"feature_{i}": draw(k) for i, k in enumerate(feature_channels)}
+    noisy = list(features)[::2]
+    fast, plain = (
+        cross_bilateral(
+            image,
+            features,
+            sigma_space=3.0,
+            sigma_radiance=scale * 2,
+            sigma_features=dict.fromkeys(features, scale),
+            variances={"radiance": share * image**2} | {name: share * features[name] ** 2 for name in noisy},
+            radius=radius,
+            engine=engine,
+        )
+        for engine in ENGINES
+    )
+    np.testing.assert_allclose(fast, plain, rtol=0, atol=4e-5 * np.abs(image).max())
+
+
+def test_texture_under_even_light_survives_demodulation(engine):
+    albedo = 0.05 + 0.9 * noise(13, 18, 3)
+    albedo[3, 4] = 0.0
+    image = 2.0 * albedo
+    filtered = cross_bilateral(
+        image, {}, sigma_space=3.0, sigma_radiance=np.inf, sigma_features={}, albedo=albedo, engine=engine
+    )
+    black = np.zeros((13, 18), bool)
+    black[3, 4] = True
+    assert np.abs(filtered - image)[black].max() < 2.0
+    inside = cross_bilateral(
+        image[6:], {}, sigma_space=1.0, sigma_radiance=np.inf, sigma_features={}, albedo=albedo[6:], engine=engine
+    )
+    close(engine, inside, image[6:])
+
+
+def test_demodulation_divides_filters_multiplies(engine):
+    image, albedo = noise(13, 18, 3), 0.01 + 0.99 * noise(13, 18, 3, seed=5)
+    common = {"sigma_space": 2.0, "sigma_radiance": 0.8, "sigma_features": SIGMAS, "engine": engine}
+    variance = 0.1 * noise(13, 18, 3, seed=4)
+    inner = cross_bilateral(image / albedo, SCENE, variances={"radiance": variance / albedo**2}, **common)
+    outer = cross_bilateral(image, SCENE, variances={"radiance": variance}, albedo=albedo, **common)
+    np.testing.assert_allclose(outer, albedo * inner, rtol=1e-5)
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -189,6 +319,14 @@ def test_keeps_dtype_and_takes_any_memory_layout(engine):
         ({"features": {"albedo": np.full((3, 4), np.nan)}}, "features['albedo'] must be finite"),
         ({"features": {"albedo": np.full((3, 4), 2e30)}}, "features['albedo'] must stay within 1e+30"),
         ({"features": {"albedo": np.ones(3)}}, "features['albedo'] must have shape (h, w) or (h, w, c)"),
+        ({"variances": [1.0]}, "variances must be a mapping from name to variance, got list"),
+        ({"variances": {"depth": 1.0}}, "variances has no 'depth'; there is: albedo, radiance"),
+        ({"variances": {"albedo": np.ones((4, 3))}}, "variances['albedo'] must have the height and width of image"),
+        ({"variances": {"albedo": np.ones((3, 4, 2))}}, "variances['albedo'] must have shape (h, w) or that of"),
+        ({"variances": {"albedo": -np.ones((3, 4))}}, "variances['albedo'] must not be negative anywhere, got -1"),
+        ({"variances": {"albedo": None}}, "variances['albedo'] must be a number or an array (h, w) or (h, w, c)"),
+        ({"variances": {"radiance": np.full((3, 4), np.nan)}}, "variances['radiance'] must be finite"),
+        ({"albedo": np.full((3, 4), 2.0)}, "albedo must lie in [0, 1], got 2 to 2"),
         ({"radius": -1}, "radius must be at least 0"),
         ({"engine": "fast"}, "engine must be one of 'numba', 'numpy', got 'fast'"),
     ],

@@ -13,9 +13,13 @@ from numba.core import types
 from mcdenoise.filters.bilateral import bilateral_sums
 from mcdenoise.filters.cross_bilateral import cross_bilateral_sums
 from mcdenoise.filters.gaussian import gaussian_sums
+from mcdenoise.filters.guides import Guide
+from mcdenoise.filters.joint_nlm import joint_nlm_sums
+from mcdenoise.filters.nlm import nlm_sums
 from mcdenoise.kernels import bilateral as bilateral_kernel
 from mcdenoise.kernels import gaussian as gaussian_kernel
-from mcdenoise.kernels import jit, rows
+from mcdenoise.kernels import jit, patch_rows, rows
+from mcdenoise.kernels import nlm as nlm_kernel
 
 pytestmark = pytest.mark.ch03
 
@@ -23,7 +27,7 @@ pytestmark = pytest.mark.ch03
 def scene(height, width, seed=8):
     rng = np.random.default_rng(seed)
     image, normal, depth = (rng.random((height, width, k), dtype=np.float32) for k in (3, 3, 1))
-    return image, [(normal, 0.6), (depth, 0.4)]
+    return image, [Guide(normal, 0.6), Guide(depth, 0.4, 0.1 * depth)]
 
 
 @pytest.mark.parametrize("size", [(1, 1), (17, 31), (40, 33)])
@@ -36,6 +40,14 @@ def test_sums_are_those_of_the_reference_apart(size):
         (
             bilateral_kernel.cross_bilateral_sums(image, guides, 9.0, 0.5, 27),
             cross_bilateral_sums(image, guides, 9.0, 0.5, 27),
+        ),
+        (
+            nlm_kernel.nlm_sums(image, image, 0.1 * image, 6, 3, 0.6, 1),
+            nlm_sums(image, image, 0.1 * image, 6, 3, 0.6, 1),
+        ),
+        (
+            nlm_kernel.joint_nlm_sums(image, 0.1 * image, guides, 4.0, 6, 3, 0.6),
+            joint_nlm_sums(image, 0.1 * image, guides, 4.0, 6, 3, 0.6),
         ),
     ]
     for (total, norm), (total_expected, norm_expected) in pairs:
@@ -56,6 +68,7 @@ def test_same_bits_at_any_number_of_threads():
             *gaussian_kernel.gaussian_sums(image, 3.0, 9),
             *bilateral_kernel.bilateral_sums(image, 3.0, 0.5, 9),
             *bilateral_kernel.cross_bilateral_sums(image, guides, 9.0, 0.5, 27),
+            *nlm_kernel.joint_nlm_sums(image, 0.1 * image, guides, 4.0, 10, 3, 0.6, 2),
         ]
 
     before = numba.get_num_threads()
@@ -77,11 +90,19 @@ def test_exp2_is_accurate_and_ends_in_zero():
 ROW, PLACE, NUMBER = types.Array(types.float32, 1, "C"), types.uint64, types.float32
 HOT = {
     "add_squares": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, PLACE),
+    "add_normalised": (ROW, PLACE, PLACE, ROW, ROW, PLACE, PLACE, PLACE),
     "weigh": (ROW, PLACE, PLACE, NUMBER, ROW, PLACE, PLACE, PLACE),
     "weigh_on": (ROW, PLACE, PLACE, NUMBER, ROW, PLACE, PLACE, PLACE),
     "add_two": (ROW, PLACE, PLACE, ROW, PLACE, PLACE),
     "add_two_weighted": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, ROW, PLACE, PLACE),
     "add_pair": (ROW, PLACE, NUMBER, ROW, PLACE, PLACE, PLACE),
+    "compare": (ROW, PLACE, PLACE, ROW, ROW, *[PLACE] * 5, NUMBER),
+    "compare_on": (ROW, PLACE, PLACE, ROW, ROW, *[PLACE] * 5, NUMBER),
+    "pair_up": (ROW, PLACE, PLACE, ROW, PLACE, PLACE),
+    "sum_pairs": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, PLACE, ROW, PLACE),
+    "weigh_patches": (ROW, PLACE, PLACE, ROW, PLACE, NUMBER),
+    "multiply_by_likeness": (ROW, PLACE, PLACE, NUMBER, ROW),
+    "add_three_weighted": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, PLACE, ROW, PLACE, PLACE, PLACE),
 }
 
 
@@ -89,10 +110,11 @@ HOT = {
 @pytest.mark.parametrize("name", HOT)
 def test_hot_loops_are_packed_single_precision(name):
     """One slice, one float64 literal or one more output row, and the loop silently turns scalar: see kernels/rows."""
-    options = {"fastmath": jit.FASTMATH, "nogil": True}
-    compiled = numba.njit(HOT[name], **options)(getattr(rows, name).py_func)
+    options = {"fastmath": jit.FASTMATH, "error_model": jit.ERROR_MODEL, "nogil": True}
+    function = getattr(rows, name, None) or getattr(patch_rows, name)
+    compiled = numba.njit(HOT[name], **options)(function.py_func)
     (code,) = compiled.inspect_asm().values()
-    assert re.search(r"\bv?(fn?m(add|sub)\d+|add)ps\b", code)
+    assert re.search(r"\bv?(fn?m(add|sub)\d+|add|mul)ps\b", code)
     assert not re.search(r"\b(v?cvt(ps2pd|pd2ps)|v?(add|sub|mul|div)[ps]d|vfn?m(add|sub)\d+[ps]d)\b", code)
 
 

@@ -53,7 +53,7 @@ def test_spreads_follow_the_units_and_leave_out_what_does_not_vary(rng):
     features = {"depth": depth, "albedo": np.full((*size, 3), 0.5), "albedo_2": rng.random((*size, 3))}
     near = feature_spreads(make_samples(rng, *size, features=features))
     far = feature_spreads(make_samples(rng, *size, features={**features, "depth": 100 * depth}))
-    assert set(near) == {"depth"}
+    assert set(near) == {"depth", "albedo_2"}
     assert far["depth"] == pytest.approx(100 * near["depth"], rel=1e-5)
 
 

@@ -93,9 +93,9 @@ def cross_bilateral(
     sigma_space = check_bandwidth(sigma_space, "sigma_space")
     sigma_radiance = check_bandwidth(sigma_radiance, "sigma_radiance")
     guides = check_guides(features, sigma_features, variances, image, own=(RADIANCE,))
-    noise = (variances or {}).get(RADIANCE)
-    if noise is not None:
-        noise = check_variance(noise, f"variances[{RADIANCE!r}]", image)
+    noise = None
+    if variances and RADIANCE in variances:
+        noise = check_variance(variances[RADIANCE], f"variances[{RADIANCE!r}]", image)
     safe = safe_albedo(albedo, image)
     radius = check_radius(radius, sigma_space)
     if check_choice(engine, ENGINES, "engine") == "numpy":

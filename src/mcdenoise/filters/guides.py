@@ -78,9 +78,9 @@ def check_guides(
     for name in names:
         feature = check_same_size(check_range(features[name], f"features[{name!r}]"), f"features[{name!r}]", image)
         sigma = check_bandwidth(sigma_features[name], f"sigma_features[{name!r}]")
-        variance = variances.get(name)
-        if variance is not None:
-            variance = check_variance(variance, f"variances[{name!r}]", feature)
+        variance = None
+        if name in variances:
+            variance = check_variance(variances[name], f"variances[{name!r}]", feature)
         guides.append(Guide(with_channels(feature), sigma, variance))
     return guides
 

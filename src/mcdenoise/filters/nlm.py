@@ -212,7 +212,7 @@ def patch_distance(
     square = np.mean((guide[here] - guide[there]) ** 2, axis=-1)
     excess = square - cancellation * (own + np.minimum(own, other))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        distance = excess / (k**2 * (own + other))
+        distance = excess / (np.float64(k) ** 2 * (own + other))
     distance = np.clip(np.nan_to_num(distance, nan=0.0), -LIMIT, LIMIT)  # 0 / 0: equal, and without noise
     return np.maximum(box_mean(distance, patch_radius), 0.0)
 

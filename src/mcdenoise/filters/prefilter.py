@@ -46,7 +46,8 @@ def noise_variance(samples: np.ndarray, *, radius: int = 1, engine: str = "numba
     samples = check_float_array(samples, "samples")
     mean = pixel_mean(samples)
     if samples.shape[2] > 1:
-        return np.maximum(gaussian(variance_of_mean(samples), radius=radius, **window), 0)
+        variance = variance_of_mean(samples)
+        return gaussian(variance, radius=radius, **window) if radius else variance
     radius = max(radius, 1)
     centred = mean - mean.mean(axis=(0, 1))  # a difference of squares loses fewer digits near 0
     spread = gaussian(centred**2, radius=radius, **window) - gaussian(centred, radius=radius, **window) ** 2

@@ -50,8 +50,9 @@ def window_offsets(height: int, width: int, radius: int) -> Iterator[tuple[int, 
 def bell(difference: np.ndarray, sigma: float | np.ndarray) -> np.ndarray:
     """G_sigma of a vector: exp(-|difference|^2 / (2 sigma^2)), with the vector's components on the last axis.
 
-    `sigma` is one number, or one for each component. 1 at distance 0 (the constant in front of a normalised Gaussian cancels in total / norm). An infinite sigma gives 1
-    everywhere; where the exponent leaves the range of float64 the result is 0.
+    `sigma` is one number, or one for each component. 1 at distance 0 (the constant in front of a normalised Gaussian
+    cancels in total / norm). An infinite sigma gives 1 everywhere; where the exponent leaves the range of float64 the
+    result is 0.
 
     Examples
     --------

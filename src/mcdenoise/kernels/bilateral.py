@@ -103,7 +103,18 @@ def sum_blocks(sums, colour, guide, noisy, spread, exponent, channels, planes, n
     """Sums of each block of rows, for flat padded planes; guide and noisy hold whole groups of planes."""
     for block in prange(sums.shape[0]):
         block_sums(
-            sums[block], colour, guide, noisy, spread, exponent, channels, planes, noisy_planes, height, block * rows, rows
+            sums[block],
+            colour,
+            guide,
+            noisy,
+            spread,
+            exponent,
+            channels,
+            planes,
+            noisy_planes,
+            height,
+            block * rows,
+            rows,
         )
 
 

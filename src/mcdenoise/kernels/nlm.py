@@ -129,7 +129,9 @@ def _sums(
     """Lay everything out in planes, and run the kernels."""
     search_radius, patch_radius, k, weight_radius, cancellation = dials
     height, width, channels = image.shape
-    reach = [min(radius, side - 1) for radius in (search_radius, patch_radius, weight_radius) for side in (height, width)]
+    reach = [
+        min(radius, side - 1) for radius in (search_radius, patch_radius, weight_radius) for side in (height, width)
+    ]
     length = -(-width // COLUMN_STEP) * COLUMN_STEP
     margin = reach[1] + GROUP  # taps go three at a time, and their number may be none of 3
     size = (height, length + 2 * margin, margin)
@@ -183,8 +185,8 @@ def column_shares(search: int, reach: int, width: int, length: int) -> np.ndarra
 
     Examples
     --------
-    >>> column_shares(1, 1, 3, 3).round(2).tolist()
-    [[1.0, 0.5, 0.5], [0.5, 0.33, 0.5], [0.5, 0.5, 1.0]]
+    >>> (1 / column_shares(1, 1, 3, 3)).round().tolist()
+    [[1.0, 2.0, 2.0], [2.0, 3.0, 2.0], [2.0, 2.0, 1.0]]
     """
     column = np.arange(width)
     shares = np.zeros((2 * search + 1, length), np.float32)
@@ -213,39 +215,33 @@ def block_sums(total, planes, exponent, patch_share, weight_share, cancelled, s,
     likeness = np.zeros(s.length, np.float32)
     for dy in range(-s.search_y, s.search_y + 1):
         first, last = max(0, -dy), min(s.height, s.height - dy)  # the rows that have a row dy further down
-        clear_rows(patches, top - s.weight_y - s.patch_y, first, last, s.length)
-        clear_rows(smooth, top - s.weight_y, first, last, s.length)
+        clear_rows(patches[2], top - s.weight_y - s.patch_y, first, last, s.length)
+        clear_rows(smooth[2], top - s.weight_y, first, last, s.length)
+        start, stop = max(top, first), min(bottom, last)
         for dx in range(-s.search_x, s.search_x + 1, GROUP):
             for tap in range(GROUP):
-                at = tap * plane
+                at = tap * plane - top * s.length
                 if dx + tap > s.search_x:
-                    fill(weight, place(at), place(plane), NONE)
+                    fill(weight, place(tap * plane), place(plane), NONE)
                     continue
-                box_patches(patches, planes, cancelled, s, top, first, last, dy, dx + tap)
+                box_distances(patches, planes, cancelled, s, top - s.weight_y - s.patch_y, first, last, dy, dx + tap)
                 if s.weight_y + s.weight_x > 0:
                     box_weights(smooth, patches, patch_share, s, top, first, last, dx + tap)
-                    for y in range(max(top, first), min(bottom, last)):
-                        to, scale = place(at + (y - top) * s.length), ONE / rows_inside(y, s.weight_y, first, last)
-                        sum_rows(weight, to, smooth, y - top + s.weight_y, s.weight_y, s.length)
-                        average(weight, to, place(s.length), weight_share, column(dx + tap, s), scale)
+                    average_weights(weight, at, smooth, weight_share, s, start, stop, top, first, last, dx + tap)
                 else:
-                    for y in range(max(top, first), min(bottom, last)):
-                        to = place(at + (y - top) * s.length)
-                        weigh_row(weight, to, patches, patch_share, s, y, top, first, last, dx + tap)
+                    weigh(weight, at, s.length, patches, patch_share, s, start, stop, top, first, last, dx + tap)
                 if s.joint > 0:
                     near = exponent[abs(dy), dx + tap + s.search_x]
-                    for y in range(max(top, first), min(bottom, last)):
-                        to = place(at + (y - top) * s.length)
-                        weigh_features(weight, to, likeness, near, planes, s, y, dy, dx + tap)
-            for y in range(max(top, first), min(bottom, last)):
-                add_taps(total, weight, planes, s, y, (y - top) * s.length, dy, dx)
+                    weigh_features(weight, at, likeness, near, planes, s, start, stop, dy, dx + tap)
+            add_taps(total, weight, planes.colour, s, start, stop, top, dy, dx)
 
 
 @kernel
 def empty_box(rows, reach_x, length):
     """Room for box sums of an image of `rows` x `length`: a row with margins, pairs of columns, box rows, pairs of rows.
 
-    Both kinds of pairs end in zeros: the place of a pair that there is not.
+    Both kinds of pairs end in zeros: the place of a pair that there is not. (The four arrays are taken out of their
+    tuple once an offset, not once a row: that would count references.)
     """
     row = np.zeros(length + 2 * reach_x, np.float32)
     column_pairs = np.zeros(2 * length + 2 * reach_x, np.float32)
@@ -253,32 +249,30 @@ def empty_box(rows, reach_x, length):
 
 
 @kernel
-def clear_rows(box, start, first, last, length):
+def clear_rows(rows, start, first, last, length):
     """Set the box rows to 0 whose image rows (from `start` on) lie outside [first, last)."""
-    rows = box[2]
     for k in range(rows.size // length):
         if not first <= start + k < last:
             fill(rows, place(k * length), place(length), NONE)
 
 
 @kernel
-def box_patches(box, planes, cancelled, s, top, first, last, dy, dx):
+def box_distances(box, planes, cancelled, s, start, first, last, dy, dx):
     """Distances of pixels for one offset, summed over the columns of patches, and pairs of such rows."""
-    row, start = box[0], top - s.weight_y - s.patch_y
-    stride = s.length + 2 * s.margin
-    for y in range(max(start, first), min(start + box[2].size // s.length, last)):
-        here, there = y * stride + s.margin, (y + dy) * stride + s.margin + dx
-        compare_rows(row, place(s.patch_x), planes, cancelled, place(here), place(there), s)
+    row, column_pairs, rows, row_pairs = box
+    compared, level, stride = planes.compared, planes.level, s.length + 2 * s.margin
+    for y in range(max(start, first), min(start + rows.size // s.length, last)):
+        here, there = place(y * stride + s.margin), place((y + dy) * stride + s.margin + dx)
+        compare_rows(row, place(s.patch_x), place(s.length), compared, level, cancelled, here, there, s)
         clear_columns(row, s.patch_x, dx, s.width)
-        sum_columns(box, y - start, s.patch_x, s.length)
-    pair_rows(box, s.length)
+        sum_columns(rows, place((y - start) * s.length), place(s.length), row, column_pairs, s.patch_x)
+    pair_up(row_pairs, ZERO, place(rows.size - s.length), rows, ZERO, place(s.length))
 
 
 @kernel
-def compare_rows(row, at, planes, cancelled, here, there, s):
+def compare_rows(row, at, n, compared, level, cancelled, here, there, s):
     """Distances of the pixels of two rows, from all compared planes, three at a time."""
-    compared, plane, last = planes.compared, place(s.height * (s.length + 2 * s.margin)), s.compared - GROUP
-    n, level = place(s.length), planes.level
+    plane, last = place(s.height * (s.length + 2 * s.margin)), s.compared - GROUP
     if last == 0:
         compare(row, at, n, compared, level, here, there, here, there, plane, cancelled)
         return
@@ -299,29 +293,19 @@ def clear_columns(row, reach, dx, width):
 
 
 @kernel
-def sum_columns(box, k, reach, length):
-    """Box row k = sums over 2 reach + 1 columns of the row with margins."""
-    row, pairs, rows, _ = box
-    n, zero = place(length), place(length + 2 * reach)
+def sum_columns(rows, at, n, row, pairs, reach):
+    """One box row: sums over 2 reach + 1 columns of the row with margins."""
+    margins = place(2 * reach)
     if reach > 0:
-        pair_up(pairs, ZERO, place(length + 2 * reach - 1), row, ZERO, place(1))
-    sum_odd(rows, place(k * length), n, pairs, ZERO, place(2), reach, zero, row, place(2 * reach))
+        pair_up(pairs, ZERO, n + margins - place(1), row, ZERO, place(1))
+    sum_odd(rows, at, n, pairs, ZERO, place(2), reach, n + margins, row, margins)
 
 
 @kernel
-def pair_rows(box, length):
-    """Add up each two neighbouring box rows."""
-    rows, pairs = box[2], box[3]
-    pair_up(pairs, ZERO, place(rows.size - length), rows, ZERO, place(length))
-
-
-@kernel
-def sum_rows(total, at, box, k, reach, length):
+def sum_rows(total, at, length, rows, pairs, k, reach):
     """total = sum of the box rows k - reach .. k + reach."""
-    rows, pairs = box[2], box[3]
-    zero = place(rows.size)
     first, single = place((k - reach) * length), place((k + reach) * length)
-    sum_odd(total, at, place(length), pairs, first, place(2 * length), reach, zero, rows, single)
+    sum_odd(total, at, place(length), pairs, first, place(2 * length), reach, place(rows.size), rows, single)
 
 
 @kernel
@@ -331,54 +315,74 @@ def rows_inside(y, reach, first, last):
 
 
 @kernel
-def column(dx, s):
-    """Where the shares of an offset begin."""
-    return place((dx + s.search_x) * s.length)
+def weigh(weight, at, step, patches, share, s, start, stop, top, first, last, dx):
+    """Weights of the rows start .. stop - 1 from the box rows of patches; row y goes to at + y * step."""
+    _, _, rows, pairs = patches
+    n, column = place(s.length), place((dx + s.search_x) * s.length)
+    for y in range(start, stop):
+        to = place(at + y * step)
+        sum_rows(weight, to, s.length, rows, pairs, y - top + s.weight_y + s.patch_y, s.patch_y)
+        weigh_patches(weight, to, n, share, column, LOG2_E / rows_inside(y, s.patch_y, first, last))
 
 
 @kernel
-def weigh_row(weight, at, patches, patch_share, s, y, top, first, last, dx):
-    """Weights of row y from the box rows of patches."""
-    sum_rows(weight, at, patches, y - top + s.weight_y + s.patch_y, s.patch_y, s.length)
-    scale = LOG2_E / rows_inside(y, s.patch_y, first, last)
-    weigh_patches(weight, at, place(s.length), patch_share, column(dx, s), scale)
-
-
-@kernel
-def box_weights(smooth, patches, patch_share, s, top, first, last, dx):
+def box_weights(smooth, patches, share, s, top, first, last, dx):
     """Weights of the rows of a block and around it, summed over columns, and pairs of such rows."""
-    row, start = smooth[0], top - s.weight_y
-    for y in range(max(start, first), min(start + smooth[2].size // s.length, last)):
-        weigh_row(row, place(s.weight_x), patches, patch_share, s, y, top, first, last, dx)
+    row, column_pairs, rows, row_pairs = smooth
+    begin = top - s.weight_y
+    for y in range(max(begin, first), min(begin + rows.size // s.length, last)):
+        weigh(row, s.weight_x, 0, patches, share, s, y, y + 1, top, first, last, dx)
         clear_columns(row, s.weight_x, dx, s.width)
-        sum_columns(smooth, y - start, s.weight_x, s.length)
-    pair_rows(smooth, s.length)
+        sum_columns(rows, place((y - begin) * s.length), place(s.length), row, column_pairs, s.weight_x)
+    pair_up(row_pairs, ZERO, place(rows.size - s.length), rows, ZERO, place(s.length))
 
 
 @kernel
-def weigh_features(weight, at, distance, near, planes, s, y, dy, dx):
-    """Multiply a row of weights by the likeness of all features, and by the nearness."""
+def average_weights(weight, at, smooth, share, s, start, stop, top, first, last, dx):
+    """Mean weights of the rows start .. stop - 1, over a small box."""
+    _, _, rows, pairs = smooth
+    n, column = place(s.length), place((dx + s.search_x) * s.length)
+    for y in range(start, stop):
+        to = place(at + y * s.length)
+        sum_rows(weight, to, s.length, rows, pairs, y - top + s.weight_y, s.weight_y)
+        average(weight, to, n, share, column, ONE / rows_inside(y, s.weight_y, first, last))
+
+
+@kernel
+def weigh_features(weight, at, distance, near, planes, s, start, stop, dy, dx):
+    """Multiply weights by the likeness of all features, and by the nearness."""
+    plain, noisy, spread = planes.plain, planes.noisy, planes.spread
     stride, n = s.length + 2 * s.margin, place(s.length)
     plane = place(s.height * stride)
-    here, there = place(y * stride + s.margin), place((y + dy) * stride + s.margin + dx)
-    fill(distance, ZERO, n, NONE)
-    for k in range(0, s.plain, GROUP):
-        shift = place(k) * plane
-        add_squares(distance, ZERO, n, planes.plain, here + shift, there + shift, plane)
-    for k in range(0, s.noisy, GROUP):
-        shift = place(k) * plane
-        add_normalised(distance, ZERO, n, planes.noisy, planes.spread, here + shift, there + shift, plane)
-    multiply_by_likeness(weight, at, n, near, distance)
+    for y in range(start, stop):
+        here, there = place(y * stride + s.margin), place((y + dy) * stride + s.margin + dx)
+        fill(distance, ZERO, n, NONE)
+        for k in range(0, s.plain, GROUP):
+            add_squares(distance, ZERO, n, plain, here + place(k) * plane, there + place(k) * plane, plane)
+        for k in range(0, s.noisy, GROUP):
+            add_normalised(distance, ZERO, n, noisy, spread, here + place(k) * plane, there + place(k) * plane, plane)
+        multiply_by_likeness(weight, place(at + y * s.length), n, near, distance)
 
 
 @kernel
-def add_taps(total, weight, planes, s, y, at, dy, dx):
-    """Average three taps into one row of every plane of `total`."""
-    stride, n, step = s.length + 2 * s.margin, place(s.length), ROWS_PER_BLOCK * s.length
-    first, second, third = place(at), place(at + step), place(at + 2 * step)
-    for k in range(s.channels):
-        to = place((k * s.height + y) * s.length)
-        there = place((k * s.height + y + dy) * stride + s.margin + dx)
-        add_three_weighted(
-            total, to, n, weight, first, second, third, planes.colour, there, there + place(1), there + place(2)
-        )
+def add_taps(total, weight, colour, s, start, stop, top, dy, dx):
+    """Average three taps into the rows start .. stop - 1 of every plane of `total`."""
+    stride, n, step, one = s.length + 2 * s.margin, place(s.length), place(ROWS_PER_BLOCK * s.length), place(1)
+    for y in range(start, stop):
+        first = place((y - top) * s.length)
+        for k in range(s.channels):
+            to = place((k * s.height + y) * s.length)
+            there = place((k * s.height + y + dy) * stride + s.margin + dx)
+            add_three_weighted(
+                total,
+                to,
+                n,
+                weight,
+                first,
+                first + step,
+                first + step + step,
+                colour,
+                there,
+                there + one,
+                there + one + one,
+            )

@@ -24,8 +24,8 @@ def multiply_adds(values, rounds, a, b, c, d):
     --------
     >>> values = np.zeros((1, 4), np.float32)
     >>> multiply_adds(values, 1, *np.float32([1, 2, 0.5, 0]))  # CHAIN / 2 steps from 0 towards 2
-    >>> values[0, 0] == 2 - 2 * 0.5**8
-    True
+    >>> float(values[0, 0])
+    1.9921875
     """
     for thread in prange(values.shape[0]):
         chain_row(values[thread], rounds, a, b, c, d)

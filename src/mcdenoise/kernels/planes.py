@@ -95,8 +95,8 @@ def in_units(values: np.ndarray, unit: float) -> np.ndarray:
 
     Examples
     --------
-    >>> in_units(np.array([[[2.0], [1e30]]]), 1.0).round(2).tolist()
-    [[[1.7, 465432136087.8]]]
+    >>> in_units(np.array([[[2.0], [4.0]]]), 0.5).round(2).tolist()
+    [[[3.4, 6.79]]]
     """
     planes, scale = np.moveaxis(values, -1, 0), min(math.sqrt(0.5 * math.log2(math.e)) / unit, 1e200)
     if max(float(np.abs(values).max()), 1e-20) * scale <= KNEE:

@@ -33,8 +33,8 @@ class Method:
     label : what charts and tables call it
     chapter : where the course explains it
     candidates : samples -> parameters worth trying; the middle one serves where nothing can be tried
-    prepare : samples -> whatever does not depend on parameters, a dict of arguments of `apply`
-    apply : (**prepared, **parameters) -> (h, w, 3) float32
+    prepare : samples -> whatever does not depend on parameters, a dict of arguments of `filter`
+    filter : (**prepared, **parameters) -> (h, w, 3) float32
     """
 
     name: str
@@ -123,10 +123,8 @@ def _nlm_candidates(_: SampleBuffer) -> list[Parameters]:
 
 
 def _joint_nlm_candidates(samples: SampleBuffer) -> list[Parameters]:
-    shares = _shares(samples, (0.1, 0.2, 0.4), (0.2, 0.4, np.inf))
-    return [
-        {"k": k, "weight_radius": 1, "sigma_features": sigmas} for k, sigmas in product((0.6, 0.8, 1.2), shares)
-    ]
+    shares = _shares(samples, (0.1, 0.3, 1.0), (0.2, 0.4, np.inf))
+    return [{"k": k, "weight_radius": 1, "sigma_features": sigmas} for k, sigmas in product((0.6, 0.8, 1.2), shares)]
 
 
 def _image(samples: SampleBuffer) -> dict[str, Any]:
@@ -155,7 +153,9 @@ METHODS = {
     for method in (
         Method("gaussian", "Gaussian", 2, _gaussian_candidates, _image, gaussian),
         Method("bilateral", "bilateral", 3, _bilateral_candidates, _image, bilateral),
-        Method("cross_bilateral", "cross-bilateral", 4, _cross_bilateral_candidates, _image_and_features, cross_bilateral),
+        Method(
+            "cross_bilateral", "cross-bilateral", 4, _cross_bilateral_candidates, _image_and_features, cross_bilateral
+        ),
         Method(
             "cross_bilateral_prefiltered",
             "cross-bilateral, prefiltered",

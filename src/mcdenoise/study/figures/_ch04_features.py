@@ -9,13 +9,12 @@ from matplotlib.figure import Figure
 
 from mcdenoise.filters import cross_bilateral
 from mcdenoise.filters.window import bell
-from mcdenoise.metrics import relmse_map
 from mcdenoise.study.display import error_scale
 from mcdenoise.study.figures._ch04_data import (
     CROSS,
+    FIRST_HIT,
     GAUSSIAN,
     NOISY,
-    PREFILTERED,
     SCENES,
     bars,
     best_gaussian,
@@ -38,33 +37,38 @@ REACH = 8
 PIXELS = {  # scene, y, x
     "edge of a tile": ("pinhole", 108, 60),
     "silhouette": ("pinhole", 92, 74),
-    "edge of a shadow": ("pinhole", 97, 62),
+    "penumbra": ("soft_shadow", 62, 88),
     "out of focus": ("dof", 108, 112),
 }
 
 
 def features() -> tuple[Figure, dict]:
-    """What the renderer knows about a pixel: means of features as images."""
-    figure = Figure(figsize=(9.0, 5.0), layout="constrained")
-    grid = figure.subplots(2, 4)
-    position, normal, albedo = (pixel_mean_of("pinhole", name) for name in ("world_position", "shading_normal", "albedo"))
+    """What the renderer knows about a pixel: means of first-hit features as images."""
+    figure = Figure(figsize=(9.0, 2.75), layout="constrained")
+    grid = figure.subplots(1, 4)
+    position, normal, albedo = (pixel_mean_of("pinhole", name) for name in FIRST_HIT)
     low, high = (np.percentile(position, edge, axis=(0, 1)) for edge in (2, 98))
-    picture(grid[0, 0], noisy("pinhole"), "pinhole: radiance, 8 spp")
-    grid[0, 1].imshow(np.clip((position - low) / (high - low), 0, 1), interpolation="nearest")
-    plain(grid[0, 1], "world_position (scene units)\nred x, green y, blue z")
-    grid[0, 2].imshow(np.clip(normal / 2 + 0.5, 0, 1), interpolation="nearest")
-    plain(grid[0, 2], "shading_normal (unit vector)\n-1 dark, +1 bright")
-    picture(grid[0, 3], albedo, "albedo (in [0, 1])")
-    picture(grid[1, 0], pixel_mean_of("glossy", "albedo"), "glossy: albedo,\nblack on metal")
-    picture(grid[1, 1], pixel_mean_of("glossy", "albedo_2"), "glossy: albedo_2,\nthe second hit")
-    picture(grid[1, 2], noisy("soft_shadow"), "soft_shadow:\nradiance, 8 spp")
-    picture(grid[1, 3], pixel_mean_of("soft_shadow", "visibility"), "soft_shadow: visibility\n(share of light samples seen)")
-    numbers = {
-        name: {"low": pixel_mean_of("pinhole", name).min(), "high": pixel_mean_of("pinhole", name).max()}
-        for name in ("world_position", "shading_normal", "albedo")
-    }
-    metal = pixel_mean_of("glossy", "albedo").max(axis=-1) == 0
-    return figure, numbers | {"metal_percent": 100 * metal.mean()}
+    picture(grid[0], noisy("pinhole"), "pinhole: radiance, 8 spp")
+    grid[1].imshow(np.clip((position - low) / (high - low), 0, 1), interpolation="nearest")
+    plain(grid[1], "world_position (scene units)\nred x, green y, blue z")
+    grid[2].imshow(np.clip(normal / 2 + 0.5, 0, 1), interpolation="nearest")
+    plain(grid[2], "shading_normal (unit vector)\n-1 dark, +1 bright")
+    picture(grid[3], albedo, "albedo (in [0, 1])")
+    values = {name: pixel_mean_of("pinhole", name) for name in FIRST_HIT}
+    return figure, {name: {"low": value.min(), "high": value.max()} for name, value in values.items()}
+
+
+def more_features() -> tuple[Figure, dict]:
+    """Where the first hit does not know enough: features of the second hit, and visibility of the light."""
+    figure = Figure(figsize=(9.0, 2.75), layout="constrained")
+    grid = figure.subplots(1, 4)
+    picture(grid[0], pixel_mean_of("glossy", "albedo"), "glossy: albedo,\nblack on metal")
+    picture(grid[1], pixel_mean_of("glossy", "albedo_2"), "glossy: albedo_2,\nthe second hit")
+    picture(grid[2], noisy("soft_shadow"), "soft_shadow:\nradiance, 8 spp")
+    picture(
+        grid[3], pixel_mean_of("soft_shadow", "visibility"), "soft_shadow: visibility\n(share of light samples seen)"
+    )
+    return figure, {"metal_percent": 100 * (pixel_mean_of("glossy", "albedo").max(axis=-1) == 0).mean()}
 
 
 def pixel_mean_of(scene: str, name: str) -> np.ndarray:
@@ -84,7 +88,7 @@ def window_weights() -> tuple[Figure, dict]:
         row[0].set_ylabel(name, fontsize=9)
         for axes, (title, weight) in zip(row[1:], {**factors, "product": product}.items(), strict=True):
             shown = axes.imshow(weight, vmin=0, vmax=1, cmap="viridis", interpolation="nearest")
-            plain(axes, title if row is grid[0] else "")
+            plain(axes, title if y == PIXELS["edge of a tile"][1] else "")
         row[-1].set_xlabel(f"sum {product.sum():.1f}", fontsize=9)
         for axes in row:
             axes.plot(REACH, REACH, "s", markerfacecolor="none", markeredgecolor="#ff3333", markersize=5)
@@ -147,6 +151,7 @@ def where_it_matters(scene: str) -> np.ndarray:
     return feature_noise(scene, share=SHARE) < 0.1
 
 
+KEYS = ("noisy", "gaussian", "cross_bilateral")
 PLACES = {
     "pinhole": "features clean",
     "dof": "features noisy",
@@ -159,12 +164,13 @@ PLACES = {
 def five_errors() -> tuple[Figure, dict]:
     """The errors of the one filter, over the whole image and where each scene is difficult, beside the best Gaussian."""
     figure = Figure(figsize=(9.4, 6.4), layout="constrained")
-    numbers = {"whole": {}, "part": {}, "features_alone": {}, "tuned": {}, "percent": {}}
+    numbers = {"whole": {}, "part": {}, "elsewhere": {}, "features_alone": {}, "tuned": {}, "percent": {}}
     for scene in SCENES:
         where = where_it_matters(scene)
         images = {"unfiltered": noisy(scene), "best Gaussian": best_gaussian(scene), "cross-bilateral": filtered(scene)}
         numbers["whole"][scene] = {name: error(image, scene) for name, image in images.items()}
         numbers["part"][scene] = {name: error(image, scene, where) for name, image in images.items()}
+        numbers["elsewhere"][scene] = {name: error(image, scene, ~where) for name, image in images.items()}
         numbers["percent"][scene] = 100 * where.mean()
         numbers["features_alone"][scene] = error(filtered(scene, np.inf), scene)
         numbers["tuned"][scene] = tuned_variant(scene, samples(scene).select(features=list(raw_features(scene)))).error
@@ -178,8 +184,8 @@ def five_errors() -> tuple[Figure, dict]:
     bars(below, parts, colours)
     below.set(yscale="log", ylim=(0.0003, 1.5), ylabel="relMSE of these pixels")
     below.set_title("where the scene is difficult (pinhole: where it is not)", fontsize=10)
-    for kind in ("whole", "part"):
-        numbers[kind] = {s: {k.replace(" ", "_").replace("-", "_"): v for k, v in one.items()} for s, one in numbers[kind].items()}
+    for kind in ("whole", "part", "elsewhere"):
+        numbers[kind] = {scene: dict(zip(KEYS, one.values(), strict=True)) for scene, one in numbers[kind].items()}
     return figure, numbers
 
 

@@ -1,0 +1,221 @@
+"""Chapter 04, figures about noise in features: how much there is, where, what dividing by it and removing it gain."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
+
+from mcdenoise.filters import bilateral, cross_bilateral, noise_variance
+from mcdenoise.metrics import relmse_map
+from mcdenoise.render.scenes import dof
+from mcdenoise.samples import pixel_mean
+from mcdenoise.study.figures._ch04_data import (
+    BILATERAL,
+    CROSS,
+    GAUSSIAN,
+    NOISY,
+    PREFILTERED,
+    SCENES,
+    SIZE,
+    bars,
+    feature_noise,
+    noise,
+    noisy,
+    picture,
+    plain,
+    prefiltered,
+    raw_features,
+    samples,
+    shares,
+    tuned,
+    tuned_variant,
+)
+from mcdenoise.study.figures._ch04_features import RADIANCE, SHARE, filtered
+from mcdenoise.study.figures._references import reference
+
+BINS = (0, 0.5, 1, 2, 3, 4, 6, 9, 13)  # of the circle of confusion, pixels
+CROP, PART = np.s_[64:112, 40:88], np.s_[48:128, 48:128]
+
+
+def feature_noise_maps() -> tuple[Figure, dict]:
+    """How noisy are radiance and features? Standard deviations of pixels, in bandwidths."""
+    figure = Figure(figsize=(9.4, 3.9), layout="constrained")
+    grid, numbers = figure.subplots(2, 5), {}
+    scale = LogNorm(0.05, 20)
+    for (above, below), scene in zip(grid.T, SCENES, strict=True):
+        own = np.sqrt(2 * noise(scene).sum(axis=-1)) / RADIANCE
+        features = feature_noise(scene, share=SHARE)
+        above.imshow(np.maximum(own, 1e-3), cmap="coolwarm", norm=scale, interpolation="nearest")
+        shown = below.imshow(np.maximum(features, 1e-3), cmap="coolwarm", norm=scale, interpolation="nearest")
+        share = 100 * (features > 1).mean()
+        plain(above, scene)
+        plain(below, f"{share:.0f} % above 1")
+        numbers[scene] = {"percent": share, "radiance_percent": 100 * (own > 1).mean()}
+    grid[0, 0].set_ylabel("radiance")
+    grid[1, 0].set_ylabel("first-hit features")
+    figure.colorbar(shown, ax=grid, label="distance of two views\nof one truth (bandwidths)", shrink=0.8)
+    return figure, numbers
+
+
+def circle_of_confusion() -> np.ndarray:
+    """Diameter of the blur of each pixel of dof on the screen, in pixels, from the depth that pinhole sees there."""
+    origin, target = np.array(dof.CAMERA["origin"]), np.array(dof.CAMERA["target"])
+    axis = (target - origin) / np.linalg.norm(target - origin)
+    depth = (raw_features("pinhole")["world_position"] - origin) @ axis
+    focus = dof.LENS["focus_distance"]
+    pixels_per_unit = SIZE / (2 * focus * np.tan(np.radians(dof.CAMERA["fov"]) / 2))
+    return 2 * dof.LENS["aperture_radius"] * pixels_per_unit * np.abs(depth - focus) / depth
+
+
+def focus() -> tuple[Figure, dict]:
+    """In focus against out of focus: noise of the features, and what the filter makes of the error."""
+    blur = circle_of_confusion()
+    kinds = [(blur >= low) & (blur < high) for low, high in pairwise(BINS)]
+    kinds = [kind for kind in kinds if kind.sum() > 50]
+    middle = [blur[kind].mean() for kind in kinds]
+    figure = Figure(figsize=(9.4, 3.9), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    numbers = {"blur": middle}
+    for scene, colour in (("dof", BILATERAL), ("pinhole", GAUSSIAN)):
+        strength = [np.median(feature_noise(scene, share=SHARE)[kind]) for kind in kinds]
+        before, after = (relmse_map(image, reference(scene)).mean(axis=-1) for image in (noisy(scene), filtered(scene)))
+        ratio = [after[kind].mean() / before[kind].mean() for kind in kinds]
+        left.semilogy(middle, strength, "o-", color=colour, label=scene)
+        right.plot(middle, ratio, "o-", color=colour, label=scene)
+        numbers[scene] = {"noise": strength, "ratio": ratio}
+    left.axhline(1, color="#222222", linestyle=":", label="as large as the bandwidth")
+    left.set(xlabel="circle of confusion (pixels)", ylabel="RMS distance (bandwidths), median")
+    left.set_title("features of two views of one truth", fontsize=10)
+    right.axhline(1, color="#222222", linestyle=":")
+    right.set(xlabel="circle of confusion (pixels)", ylabel="error after / before", ylim=(0, 1.1))
+    right.set_title("what the cross-bilateral filter leaves", fontsize=10)
+    for axes in (left, right):
+        axes.grid(color="#e5e5e5")
+    left.legend(frameon=False)
+    return figure, numbers
+
+
+def distances_to_limits(scale: np.ndarray, sigma_share: np.ndarray) -> dict[str, np.ndarray]:
+    """RMS differences: to the plain filter and to the bilateral against scaled variances; to the limit of small bandwidths."""
+    image = noisy("dof")[CROP].astype(np.float64)
+    features = {name: feature[CROP] for name, feature in raw_features("dof").items()}
+    variances = {name: noise_variance(samples("dof")[name])[CROP] + 1e-4 for name in features}
+    near = {"sigma_space": 1.4, "sigma_radiance": RADIANCE, "engine": "numpy"}
+
+    def run(share: float, factor: float) -> np.ndarray:
+        scaled = {name: factor * variance for name, variance in variances.items()}
+        return cross_bilateral(image, features, sigma_features=shares("dof", share), variances=scaled, **near)
+
+    plain_filter = cross_bilateral(image, features, sigma_features=shares("dof", SHARE), **near)
+    without = bilateral(image, **near)
+    smallest = run(1e-8, 1.0)
+    by_scale = [run(SHARE, factor) for factor in scale]
+    by_sigma = [run(share, 1.0) for share in sigma_share]
+    root = lambda one, other: np.sqrt(((one - other) ** 2).mean())  # noqa: E731
+    return {
+        "plain": np.array([root(one, plain_filter) for one in by_scale]),
+        "bilateral": np.array([root(one, without) for one in by_scale]),
+        "standard_deviations": np.array([root(one, smallest) for one in by_sigma]),
+    }
+
+
+def variance_limits() -> tuple[Figure, dict]:
+    """No variance: the plain filter. Endless variance: the bilateral. sigma to 0: distance in standard deviations."""
+    scale, sigma_share = np.geomspace(1e-5, 1e6, 12), np.geomspace(1e-4, 1, 13)
+    distance = distances_to_limits(scale, sigma_share)
+    figure = Figure(figsize=(9.4, 3.7), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    left.loglog(scale, distance["plain"], "s-", color=CROSS, label="from the filter without variances")
+    left.loglog(scale, distance["bilateral"], "o-", color=BILATERAL, label="from the bilateral filter")
+    left.set(xlabel="all variances multiplied by", ylabel="RMS difference (radiance)", ylim=(1e-9, 3))
+    left.set_title(f"share {SHARE:g}", fontsize=10)
+    left.legend(frameon=False, loc="lower center")
+    right.loglog(sigma_share, distance["standard_deviations"], "^-", color=PREFILTERED, label="from sigma = 0")
+    right.set(xlabel="share (sigma_features / spread)", ylabel="RMS difference (radiance)")
+    right.set_title("variances as they are", fontsize=10)
+    right.legend(frameon=False, loc="lower right")
+    for axes in (left, right):
+        axes.grid(color="#e5e5e5")
+    slope = lambda x, y: float(np.polyfit(np.log(x), np.log(y), 1)[0])  # noqa: E731
+    numbers = {
+        "slope_plain": slope(scale[:3], distance["plain"][:3]),
+        "slope_bilateral": slope(scale[-3:], distance["bilateral"][-3:]),
+        "slope_sigma": slope(sigma_share[:3], distance["standard_deviations"][:3]),
+    }
+    return figure, numbers
+
+
+def rms_error(feature: np.ndarray, truth: np.ndarray, own: np.ndarray, where: np.ndarray) -> float:
+    """Root mean square error of a feature at the pixels `where`, without the variance `own` of the truth itself."""
+    square = ((feature - truth) ** 2 - own).sum(axis=-1)[where].mean()
+    return float(np.sqrt(max(square, 0)))
+
+
+def prefilter() -> tuple[Figure, dict]:
+    """Albedo and normal of dof as the renderer gives them, after their own NL-means, and at more samples."""
+    more, (after, _) = samples("dof", 32, 2), prefiltered("dof")
+    before = raw_features("dof")
+    figure = Figure(figsize=(9.0, 4.9), layout="constrained")
+    grid, numbers = figure.subplots(2, 4), {}
+    noisy_there = feature_noise("dof", share=SHARE) > 1
+    for row, name in zip(grid, ("albedo", "shading_normal"), strict=True):
+        truth = pixel_mean(more[name])
+        images = {"8 spp": before[name], "after NL-means": after[name], "32 spp, other seed": truth}
+        for axes, (title, image) in zip(row, images.items(), strict=False):
+            if name == "albedo":
+                picture(axes, image[PART], title)
+            else:
+                axes.imshow(np.clip(image[PART] / 2 + 0.5, 0, 1), interpolation="nearest")
+                plain(axes)
+        row[0].set_ylabel(name)
+        own = noise_variance(more[name], radius=0)
+        numbers[name] = {
+            kind: {
+                "before": rms_error(before[name], truth, own, where),
+                "after": rms_error(after[name], truth, own, where),
+            }
+            for kind, where in (("noisy", noisy_there), ("clean", ~noisy_there))
+        }
+        for place, values in enumerate(numbers[name].values()):
+            for shift, value in enumerate(values.values()):
+                bar = row[3].bar(place + 0.4 * shift - 0.2, value, 0.36, color=(NOISY, PREFILTERED)[shift])
+                row[3].bar_label(bar, fmt="%.3f", fontsize=8)
+        row[3].set_xticks((0, 1), ("noisy\npixels", "other\npixels"), fontsize=9)
+        row[3].set_ylabel(f"RMS error of\n{name}", fontsize=9)
+        row[3].margins(y=0.15)
+    grid[0, 3].bar(0, 0, color=NOISY, label="8 spp")
+    grid[0, 3].bar(0, 0, color=PREFILTERED, label="after")
+    grid[0, 3].legend(frameon=False, fontsize=8)
+    return figure, numbers
+
+
+GAINS = {"raw": CROSS, "raw, variances": BILATERAL, "prefiltered": "#66CCEE", "prefiltered, variances": PREFILTERED}
+
+
+def gains() -> tuple[Figure, dict]:
+    """Cross-bilateral with features raw and prefiltered, with and without their variances; best parameters of each."""
+    rows = {}
+    for scene in SCENES:
+        own = {name: noise_variance(samples(scene)[name]) for name in raw_features(scene, tuple(prefiltered(scene)[0]))}
+        clean, left = prefiltered(scene)
+        rows[scene] = {
+            "raw": tuned("cross_bilateral", scene).error,
+            "raw, variances": tuned_variant(scene, variances=own).error,
+            "prefiltered": tuned_variant(scene, features=clean).error,
+            "prefiltered, variances": tuned_variant(scene, features=clean, variances=left).error,
+        }
+    figure = Figure(figsize=(9.4, 3.9), layout="constrained")
+    axes = figure.subplots()
+    bars(axes, rows, GAINS)
+    for place, scene in enumerate(SCENES):
+        axes.plot([place - 0.45, place + 0.45], [tuned("gaussian", scene).error] * 2, color=GAUSSIAN, linestyle="--")
+    axes.plot([], [], color=GAUSSIAN, linestyle="--", label="best Gaussian")
+    axes.set(yscale="log", ylim=(0.002, 0.09), ylabel="relMSE")
+    axes.legend(frameon=False, ncols=5, loc="upper center", fontsize=8.5)
+    names = {name: name.replace(", ", "_") for name in GAINS}
+    return figure, {
+        s: {names[k]: v for k, v in one.items()} | {"gaussian": tuned("gaussian", s).error} for s, one in rows.items()
+    }
