@@ -213,8 +213,8 @@ def feature_weights(features, variances, sigmas, y, x, sigma_space, radius):
 check("feature_weights")
 
 # %% [markdown]
-# Your weights at one place of the near ball, out of focus behind the lens. From left to right: no lens, and all is well; with the lens,
-# the noise hides the neighbours; the variances bring some of them back.
+# Your weights at one place of the near ball, which is out of focus behind the lens. From left to right: no lens, and all is
+# well; with the lens, the noise hides the neighbours; the variances bring some of them back.
 
 # %%
 y, x, radius = 99, 117, 8
@@ -331,7 +331,7 @@ grid[1].imshow(np.clip(reference["soft_shadow"][window], 0, 1) ** 0.45)
 grid[1].set_title("reference")
 cases = (("single pixels", variance, 0), ("patches, one variance", same, 3), ("patches, own variance", variance, 3))
 for axes, (title, known, patch_radius) in zip(grid[2:], cases, strict=True):
-    weight = np.zeros((2 * radius + 1, 2 * radius + 1))
+    weight = np.zeros(variance[window].shape)
     for dy, dx in np.ndindex(weight.shape):
         q = y + dy - radius, x + dx - radius
         weight[dy, dx] = np.exp(-patch_distance(image, known, (y, x), q, patch_radius, 0.6))
@@ -408,13 +408,13 @@ check("nlm_limits")
 def demodulate(image, albedo):
     """Split an image (h, w, 3) into irradiance and factor, by its albedo (h, w, 3), so that irradiance * factor is the image.
 
-    In each channel the factor is the albedo where that is at least 0.01, and 1 where it is below: there the radiance stays
-    as it is. Nothing may be NaN or infinite.
+    In each channel the factor is the albedo, but at least 0.1: black must not be divided by, and what is nearly black (the
+    rim of metal, where radiance is no matter of albedo) must not be blown up. Nothing may be NaN or infinite.
 
     Returns irradiance, factor : two arrays (h, w, 3).
     """
     ### BEGIN SOLUTION
-    factor = np.where(albedo < 0.01, 1, albedo)
+    factor = np.maximum(albedo, 0.1)
     return image / factor, factor
     ### END SOLUTION
 
@@ -451,17 +451,14 @@ for scene in scenes:
     methods["cross-bilateral"][scene] = steps["+ prefiltered"][scene]
     methods["NL-means"][scene] = mcd.nlm(image, variance, weight_radius=1)
     methods["joint"][scene] = mcd.joint_nlm(image, variance, clean, **joint)
-    methods["joint, albedo divided out"][scene] = mcd.joint_nlm(
-        image, variance, clean, albedo=clean["albedo"].clip(0, 1), **joint
-    )
+    methods["joint, albedo divided out"][scene] = mcd.joint_nlm(image, variance, clean, albedo=clean["albedo"], **joint)
 print(f"{'relMSE':26}" + "".join(f"{scene:>13}" for scene in scenes))
 for name, image in ({"noisy": noisy} | methods).items():
     print(f"{name:26}" + "".join(f"{mcd.relmse(image[scene], reference[scene]):13.4f}" for scene in scenes))
 
 # %% [markdown]
-# Patches and features together are ahead of either alone on nearly every scene. To divide the albedo out helps where surfaces
-# are matt, and ruins `glossy`: on the rim of the metal some pixels have an albedo just below 0.01, and hold radiance; beside
-# them stand some just above it, and hold a radiance divided by 0.01. An average over both is an average over two units.
+# Patches and features together are ahead of either alone on nearly every scene, and to divide the albedo out helps once more.
+# It is the *prefiltered* albedo: a raw one would be divided out with its noise, and behind the lens it does harm. (Try it.)
 #
 # ### Exercise 7 (break): a feature that misleads
 #

@@ -124,7 +124,7 @@ def subtracted_once(image, variance, p, q, patch_radius, k):
 
 
 def demodulated(image, albedo):
-    factor = np.where(albedo < 0.01, 1, albedo)
+    factor = np.maximum(albedo, 0.1)
     return image / factor, factor
 
 
@@ -410,11 +410,13 @@ WRONG = (
     ("demodulate", "floor of 0.01", with_factor(lambda a: np.maximum(a, 0.01)), "blown up a hundred times"),
     ("demodulate", "something added", with_factor(lambda a: a + 0.001), "plus 0.001"),
     ("demodulate", "factor 0", lambda i, a: (demodulated(i, a)[0], a), "is lost"),
-    ("demodulate", "at most", with_factor(lambda a: np.where(a <= 0.01, 1, a)), "means <"),
+    ("demodulate", "a step to 1", with_factor(lambda a: np.where(a < 0.1, 1, a)), "jumps from 0.1 to 1"),
     (
         "demodulate",
         "all three channels",
-        with_factor(lambda a: np.where(a.min(axis=-1, keepdims=True) < 0.01, 1, a)),
+        with_factor(
+            lambda a: np.where(a.min(axis=-1, keepdims=True) < 0.1, a.max(axis=-1, keepdims=True).clip(0.1), a)
+        ),
         "channel by channel",
     ),
     (

@@ -97,10 +97,10 @@ def test_bad_samples_are_refused(arguments, message):
         noise_variance(**arguments)
 
 
-def test_dark_albedo_is_not_divided_by():
+def test_dark_albedo_is_divided_by_a_tenth():
     image = np.ones((1, 3, 2))
-    albedo = np.array([[[0.5, 0.009], [0.0, 1.0], [0.01, 0.0099]]])
-    np.testing.assert_array_equal(safe_albedo(albedo, image), [[[0.5, 1.0], [1.0, 1.0], [0.01, 1.0]]])
+    albedo = np.array([[[0.5, 0.009], [0.0, 1.0], [0.11, 0.1]]])
+    np.testing.assert_array_equal(safe_albedo(albedo, image), [[[0.5, 0.1], [0.1, 1.0], [0.11, 0.1]]])
     assert safe_albedo(None, image) is None
     assert safe_albedo(np.full((1, 3), 0.5), image).shape == (1, 3, 2)
 

@@ -7,15 +7,18 @@ import numpy as np
 from mcdenoise.filters.window import with_channels
 from mcdenoise.samples.gate import check_image, check_same_size
 
-DARK = 0.01
+DARKEST = 0.1
 
 
 def safe_albedo(albedo: object, image: np.ndarray) -> np.ndarray | None:
-    """What an image may be divided by before filtering: the albedo, or 1 where it is too dark to divide by.
+    """What an image may be divided by before filtering: the albedo, but at least 0.1.
 
-    Radiance of a diffuse surface is albedo times what arrives; what arrives is smoother. Below 0.01 (metal, lamps, sky,
-    or a channel that the paint swallows) the quotient would be noise blown up, or 0 / 0, so that channel is left as it
-    is. Divide, filter, multiply by the same array: for a filter that changes nothing the image comes back.
+    Radiance of a diffuse surface is albedo times what arrives; what arrives is smoother. On metal, lamps and sky the
+    albedo is 0, and a pixel on their rim has a little of it: divided by that, its radiance would outshine everything it
+    is averaged with. With the floor no quotient is more than ten times the radiance, and there is no step where one
+    pixel is divided and the next is not. Divide, filter, multiply by the same array: what is not filtered comes back.
+
+    Take an albedo without noise, that of `prefilter_features`: the noise of raw pixel means would be divided by too.
 
     Parameters
     ----------
@@ -24,7 +27,7 @@ def safe_albedo(albedo: object, image: np.ndarray) -> np.ndarray | None:
 
     Returns
     -------
-    (h, w, c) with the c of `image`, in [0.01, 1]; or None for None.
+    (h, w, c) with the c of `image`, in [0.1, 1]; or None for None.
 
     Raises
     ------
@@ -34,12 +37,12 @@ def safe_albedo(albedo: object, image: np.ndarray) -> np.ndarray | None:
     References
     ----------
     Bako et al., "Kernel-predicting convolutional networks for denoising Monte Carlo renderings", TOG 36(4), 2017,
-    https://doi.org/10.1145/3072959.3073708 (they add 0.00316 to the albedo instead, which blows up what is black).
+    https://doi.org/10.1145/3072959.3073708 (they add 0.00316 to the albedo, and divide the diffuse part of radiance only).
 
     Examples
     --------
-    >>> safe_albedo([[0.5, 0.0]], np.ones((1, 2))).ravel()
-    array([0.5, 1. ])
+    >>> safe_albedo([[0.5, 0.0]], np.ones((1, 2))).ravel().round(2).tolist()
+    [0.5, 0.1]
     """
     if albedo is None:
         return None
@@ -51,4 +54,4 @@ def safe_albedo(albedo: object, image: np.ndarray) -> np.ndarray | None:
         raise ValueError(
             f"albedo must lie in [0, 1], got {albedo.min():g} to {albedo.max():g}. Pass the diffuse reflectance."
         )
-    return np.broadcast_to(np.where(albedo < DARK, 1, albedo).astype(albedo.dtype), shape)
+    return np.broadcast_to(np.maximum(albedo, albedo.dtype.type(DARKEST)), shape)

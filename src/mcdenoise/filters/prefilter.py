@@ -100,6 +100,7 @@ def prefilter_features(
             both, variance, guide=mean, search_radius=5, patch_radius=3, k=1.0, weight_radius=2, cancellation=0.0,
             engine=engine,
         )  # fmt: skip
-        features[field.name] = np.ascontiguousarray(filtered[..., : field.channels]).reshape(mean.shape)
+        inside = np.clip(filtered[..., : field.channels], mean.min(), mean.max())  # rounding must not leave the range
+        features[field.name] = inside.reshape(mean.shape)
         variances[field.name] = np.maximum(filtered[..., field.channels :], 0).reshape(mean.shape)
     return features, variances

@@ -32,10 +32,7 @@ def pixel_mean(samples: object) -> np.ndarray:
     array([[2.]])
     """
     samples = _check_samples(samples, least=1)
-    total = np.zeros(samples.shape[:2] + samples.shape[3:])
-    for index in range(samples.shape[2]):  # three times faster than samples.mean(axis=2)
-        total += samples[:, :, index]
-    return (total / samples.shape[2]).astype(samples.dtype)
+    return _mean(samples).astype(samples.dtype)
 
 
 def sample_variance(samples: object) -> np.ndarray:
@@ -49,7 +46,7 @@ def sample_variance(samples: object) -> np.ndarray:
     array([[2.]])
     """
     samples = _check_samples(samples, least=2)
-    return samples.var(axis=2, ddof=1, dtype=np.float64).astype(samples.dtype)
+    return _variance(samples).astype(samples.dtype)
 
 
 def variance_of_mean(samples: object) -> np.ndarray:
@@ -63,7 +60,7 @@ def variance_of_mean(samples: object) -> np.ndarray:
     array([[1.]])
     """
     samples = _check_samples(samples, least=2)
-    return (samples.var(axis=2, ddof=1, dtype=np.float64) / samples.shape[2]).astype(samples.dtype)
+    return (_variance(samples) / samples.shape[2]).astype(samples.dtype)
 
 
 def half_means(samples: object) -> tuple[np.ndarray, np.ndarray]:
@@ -89,6 +86,22 @@ def half_means(samples: object) -> tuple[np.ndarray, np.ndarray]:
     samples = _check_samples(samples, least=2)
     half = samples.shape[2] // 2
     return pixel_mean(samples[:, :, :half]), pixel_mean(samples[:, :, half : 2 * half])
+
+
+def _mean(samples: np.ndarray) -> np.ndarray:
+    """Mean over the samples in float64; three times faster than samples.mean(axis=2)."""
+    total = np.zeros(samples.shape[:2] + samples.shape[3:])
+    for index in range(samples.shape[2]):
+        total += samples[:, :, index]
+    return total / samples.shape[2]
+
+
+def _variance(samples: np.ndarray) -> np.ndarray:
+    """Unbiased variance of the samples in float64, in two passes like samples.var(axis=2, ddof=1)."""
+    mean, squares = _mean(samples), np.zeros(samples.shape[:2] + samples.shape[3:])
+    for index in range(samples.shape[2]):
+        squares += (samples[:, :, index] - mean) ** 2
+    return squares / (samples.shape[2] - 1)
 
 
 def _check_samples(samples: object, least: int) -> np.ndarray:

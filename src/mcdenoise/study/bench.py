@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import sys
 from collections.abc import Callable, Sequence
 
@@ -102,8 +103,9 @@ def machine_facts(peers: Peers) -> list[str]:
         module = importlib.import_module(name.partition(".")[0]) if peers[name] else None
         versions[label] = module.__version__ if module else "not installed"
     threads = f"numba {facts['threads']}" + (f", OpenCV {cv2.getNumThreads()}" if cv2 else "")
+    load = f"; load of others before: {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
     return [
-        f"cores: {cores}; threads: {threads}, scipy and scikit-image 1; CPU: {facts['cpu']}; SIMD: {facts['simd']}",
+        f"cores: {cores}; threads: {threads}, scipy and scikit-image 1; CPU: {facts['cpu']}; SIMD: {facts['simd']}{load}",
         "versions: " + ", ".join(f"{name} {version}" for name, version in versions.items()),
     ]
 

@@ -89,19 +89,18 @@ def peak_rates(tries: int = TRIES, seconds: float = SECONDS) -> Operations:
 
 
 def most_rounds(run: Callable[[int], object], tries: int, seconds: float) -> float:
-    """Return how many rounds a second `run(rounds)` does at best, after enough rounds to fill `seconds`.
+    """Return how many rounds a second `run(rounds)` does at best, with enough rounds to fill `seconds` undisturbed.
 
     Examples
     --------
     >>> most_rounds(lambda rounds: sum(range(rounds)), tries=1, seconds=0.001) > 1000
     True
     """
-    rounds, taken = 1, 0.0
+    rounds = 1
     run(rounds)  # compiles
-    while taken < seconds:
+    while min(_seconds(run, rounds) for _ in range(3)) < seconds:  # one alone may be slow because others work
         rounds *= 2
-        taken = _seconds(run, rounds)
-    return rounds / min([taken, *(_seconds(run, rounds) for _ in range(tries - 1))])
+    return rounds / min(_seconds(run, rounds) for _ in range(tries))
 
 
 def _seconds(run: Callable[[int], object], rounds: int) -> float:

@@ -1,7 +1,7 @@
 """Denoisers that others offer, as methods that `tune` can search: samples in, image out.
 
 They know nothing of high dynamic range. So each may choose, with the reference, whether it sees the radiance itself or
-log(1 + c), and gets candidates as wide as ours, and the same refinement afterwards.
+log(1 + c), and gets candidates so wide apart that the best lies inside; `tune` refines them as it refines ours.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def constant_nlm() -> Method:
 
     def candidates(samples: SampleBuffer) -> list[Parameters]:
         mean = float(noise_variance(samples.radiance).mean())
-        grid = product((1, 3), (0.3, 0.45, 0.6, 0.8), (1 / 256, 1 / 64, 1 / 16, 1 / 4, 1.0))
+        grid = product((1, 3), (0.15, 0.3, 0.6, 1.2), (1 / 1024, 1 / 256, 1 / 64, 1 / 16, 1 / 4, 1.0))
         return [
             {"patch_radius": r, "k": k, "weight_radius": 1, "variance": max(share * mean, 1e-12)}
             for r, k, share in grid
@@ -83,7 +83,7 @@ def _skimage_nlm(label: str, skimage: ModuleType | None) -> tuple[str, Method | 
         denoise, windows = skimage.restoration.denoise_nl_means, {"patch_distance": SEARCH_RADIUS, "channel_axis": -1}
         return back(denoise(there(image), patch_size=patch_size, h=h, sigma=noise * h, fast_mode=True, **windows))
 
-    grid = product(TONES, (3, 7), (0.05, 0.1, 0.2, 0.4, 0.8), (0.0, 1.0))
+    grid = product(TONES, (3, 7), (0.01, 0.03, 0.1, 0.3, 1.0), (0.0, 0.5, 2.0))
     candidates = [{"tone": tone, "patch_size": size, "h": h, "noise": noise} for tone, size, h, noise in grid]
     return _peer(label, skimage, candidates, _image, run)
 
@@ -98,7 +98,7 @@ def _opencv_nlm(label: str, cv2: ModuleType | None) -> tuple[str, Method | None]
         windows = {"templateWindowSize": patch_size, "searchWindowSize": 2 * SEARCH_RADIUS + 1}
         return np.expm1(cv2.fastNlMeansDenoising(grey, None, h=h, **windows).astype(np.float32) / scale)
 
-    grid = product((99, 100), (3, 7), (4.0, 8.0, 16.0, 32.0, 64.0))
+    grid = product((99, 100), (3, 7), (1.0, 4.0, 8.0, 16.0, 32.0, 128.0))
     candidates = [{"white": white, "patch_size": size, "h": h} for white, size, h in grid]
     return _peer(label, cv2, candidates, _image, run)
 
@@ -127,7 +127,7 @@ def _opencv_joint_bilateral(label: str, contrib: ModuleType | None) -> tuple[str
 
 def _bandwidths(tones: Sequence[str]) -> list[Parameters]:
     """Candidates for a bilateral filter of OpenCV."""
-    grid = product(tones, (0.7, 1.4, 2.8, 5.6), (0.05, 0.1, 0.2, 0.4, 0.8, 1.6))
+    grid = product(tones, (0.35, 0.7, 1.4, 2.8, 5.6), (0.025, 0.1, 0.2, 0.4, 0.8, 3.2))
     return [{"tone": tone, "sigma_space": space, "sigma_radiance": radiance} for tone, space, radiance in grid]
 
 

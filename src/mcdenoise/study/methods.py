@@ -119,12 +119,16 @@ def _prefiltered_candidates(samples: SampleBuffer) -> list[Parameters]:
 
 
 def _nlm_candidates(_: SampleBuffer) -> list[Parameters]:
-    return [{"patch_radius": r, "k": k, "weight_radius": 1} for r, k in product((1, 3), (0.3, 0.45, 0.6, 0.8))]
+    grid = product((3, 7), (1, 3), (0.3, 0.45, 0.6, 0.8))
+    return [{"search_radius": search, "patch_radius": patch, "k": k, "weight_radius": 1} for search, patch, k in grid]
 
 
 def _joint_nlm_candidates(samples: SampleBuffer) -> list[Parameters]:
-    shares = _shares(samples, (0.1, 0.3, 1.0), (0.2, 0.4, np.inf))
-    return [{"k": k, "weight_radius": 1, "sigma_features": sigmas} for k, sigmas in product((0.6, 0.8, 1.2), shares)]
+    shares = _shares(samples, (0.3, 1.0), (0.4, np.inf))
+    return [
+        {"search_radius": 5, "sigma_space": space, "k": k, "weight_radius": 1, "sigma_features": sigmas}
+        for space, k, sigmas in product((2.0, np.inf), (0.6, 0.8, 1.2), shares)
+    ]
 
 
 def _image(samples: SampleBuffer) -> dict[str, Any]:
@@ -145,7 +149,8 @@ def _image_and_variance(samples: SampleBuffer) -> dict[str, Any]:
 
 
 def _everything(samples: SampleBuffer) -> dict[str, Any]:
-    return {**_image_and_variance(samples), **_image_and_prefiltered(samples)}
+    found = {**_image_and_variance(samples), **_image_and_prefiltered(samples)}
+    return found | {"albedo": found["features"].get("albedo")}
 
 
 METHODS = {

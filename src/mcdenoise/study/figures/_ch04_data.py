@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mcdenoise.filters import gaussian, noise_variance, prefilter_features
 from mcdenoise.metrics import relmse, relmse_map
@@ -24,7 +25,14 @@ FIRST_HIT = ("world_position", "shading_normal", "albedo")
 NOISY, GAUSSIAN, BILATERAL, CROSS, PREFILTERED, PATCHES, JOINT = (
     "#BBBBBB", "#4477AA", "#EE6677", "#CCBB44", "#228833", "#66CCEE", "#AA3377",
 )  # fmt: skip
-COLOURS = dict(zip(METHODS, (GAUSSIAN, BILATERAL, CROSS, PREFILTERED, PATCHES, JOINT), strict=True))
+COLOURS = {
+    "gaussian": GAUSSIAN,
+    "bilateral": BILATERAL,
+    "cross_bilateral": CROSS,
+    "cross_bilateral_prefiltered": PREFILTERED,
+    "nlm": PATCHES,
+    "joint_nlm": JOINT,
+}  # the methods up to this chapter
 
 
 @cache
@@ -75,11 +83,25 @@ def by_halves(method: str, scene: str) -> float:
     return relmse(METHODS[method].run(samples(scene), **chosen), reference(scene))
 
 
-def tuned_variant(scene: str, kept: SampleBuffer | None = None, method: str = "cross_bilateral", **arguments) -> Tuned:
-    """The best parameters of a method that gets other samples, or other arguments, than it prepares itself."""
+def tuned_variant(method: str, scene: str, radiances: tuple[float, ...] = (), **arguments) -> Tuned:
+    """The best parameters of a method that gets other arguments, and a wider choice of sigma_radiance, than its own."""
     base = METHODS[method]
-    changed = replace(base, prepare=lambda one: {**base.prepare(one), **arguments})
-    return tune(changed, samples(scene) if kept is None else kept, reference(scene))
+
+    def candidates(one: SampleBuffer) -> list[dict]:
+        own = [dict(parameters) for parameters in base.candidates(one)]
+        others = [parameters for parameters in own if parameters["sigma_radiance"] == own[0]["sigma_radiance"]]
+        return own + [{**parameters, "sigma_radiance": wider} for wider in radiances for parameters in others]
+
+    changed = replace(base, prepare=lambda one: {**base.prepare(one), **arguments}, candidates=candidates)
+    return tune(changed, samples(scene), reference(scene))
+
+
+@cache
+def tuned_first_hit(method: str, scene: str) -> Tuned:
+    """The best parameters of a method that gets the features of the first hit alone."""
+    if set(samples(scene).feature_names) == set(FIRST_HIT):
+        return tuned(method, scene)
+    return tune(METHODS[method], samples(scene).select(features=FIRST_HIT), reference(scene))
 
 
 @cache
@@ -120,6 +142,14 @@ def plain(axes: Axes, title: str = "") -> None:
     """No ticks, and a title that stays small."""
     axes.set(xticks=[], yticks=[])
     axes.set_title(title, fontsize=10)
+
+
+def log_axis(axes: Axes, low: float, high: float, label: str = "relMSE") -> None:
+    """A logarithmic axis with plain numbers at 1, 2, 5 of every decade."""
+    axes.set(yscale="log", ylim=(low, high), ylabel=label)
+    axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
 
 
 def bars(axes: Axes, rows: Mapping[str, Mapping[str, float]], colours: Mapping[str, str], fmt: str = "%.4f") -> None:

@@ -21,13 +21,13 @@ from mcdenoise.study.figures._ch04_data import (
     error,
     error_picture,
     feature_noise,
+    log_axis,
     noisy,
     picture,
     plain,
     raw_features,
-    samples,
     shares,
-    tuned_variant,
+    tuned_first_hit,
 )
 from mcdenoise.study.figures._references import reference
 from mcdenoise.study.slider import Slider, slider
@@ -88,7 +88,7 @@ def window_weights() -> tuple[Figure, dict]:
         row[0].set_ylabel(name, fontsize=9)
         for axes, (title, weight) in zip(row[1:], {**factors, "product": product}.items(), strict=True):
             shown = axes.imshow(weight, vmin=0, vmax=1, cmap="viridis", interpolation="nearest")
-            plain(axes, title if y == PIXELS["edge of a tile"][1] else "")
+            plain(axes, title if name == "edge of a tile" else "")
         row[-1].set_xlabel(f"sum {product.sum():.1f}", fontsize=9)
         for axes in row:
             axes.plot(REACH, REACH, "s", markerfacecolor="none", markeredgecolor="#ff3333", markersize=5)
@@ -173,16 +173,16 @@ def five_errors() -> tuple[Figure, dict]:
         numbers["elsewhere"][scene] = {name: error(image, scene, ~where) for name, image in images.items()}
         numbers["percent"][scene] = 100 * where.mean()
         numbers["features_alone"][scene] = error(filtered(scene, np.inf), scene)
-        numbers["tuned"][scene] = tuned_variant(scene, samples(scene).select(features=list(raw_features(scene)))).error
+        numbers["tuned"][scene] = tuned_first_hit("cross_bilateral", scene).error
     colours = {"unfiltered": NOISY, "best Gaussian": GAUSSIAN, "cross-bilateral": CROSS}
     above, below = figure.subplots(2, 1)
     bars(above, numbers["whole"], colours)
-    above.set(yscale="log", ylim=(0.004, 0.3), ylabel="relMSE")
+    log_axis(above, 0.004, 0.3)
     above.set_title("whole image", fontsize=10)
     above.legend(frameon=False, ncols=3, loc="upper center")
     parts = {f"{scene}:\n{PLACES[scene]}": values for scene, values in numbers["part"].items()}
     bars(below, parts, colours)
-    below.set(yscale="log", ylim=(0.0003, 1.5), ylabel="relMSE of these pixels")
+    log_axis(below, 0.001, 0.5, "relMSE of these pixels")
     below.set_title("where the scene is difficult (pinhole: where it is not)", fontsize=10)
     for kind in ("whole", "part", "elsewhere"):
         numbers[kind] = {scene: dict(zip(KEYS, one.values(), strict=True)) for scene, one in numbers[kind].items()}

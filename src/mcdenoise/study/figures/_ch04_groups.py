@@ -7,17 +7,17 @@ from matplotlib.figure import Figure
 
 from mcdenoise.filters import safe_albedo
 from mcdenoise.study.figures._ch04_data import (
-    FIRST_HIT,
     NOISY,
     PREFILTERED,
     SCENES,
     bars,
+    log_axis,
     noisy,
     picture,
     prefiltered,
     raw_features,
-    samples,
     tuned,
+    tuned_first_hit,
     tuned_variant,
 )
 
@@ -30,6 +30,7 @@ KINDS = {
 }
 DIVISORS = {"no albedo": NOISY, "raw albedo": "#CC6677", "prefiltered albedo": PREFILTERED}
 METHOD = "cross_bilateral_prefiltered"
+WIDER = (6.4, np.inf)  # more choices of sigma_radiance: image / albedo is larger than the image
 
 
 def groups() -> tuple[Figure, dict]:
@@ -38,14 +39,13 @@ def groups() -> tuple[Figure, dict]:
     for scene, group in GROUPS.items():
         errors = {}
         for kind, (method, all_of_them, _) in KINDS.items():
-            names = samples(scene).feature_names if all_of_them else FIRST_HIT
-            errors[kind] = tuned_variant(scene, samples(scene).select(features=names), method).error
+            errors[kind] = (tuned if all_of_them else tuned_first_hit)(method, scene).error
         rows[f"{scene}\n+ {group}"] = errors
         numbers[scene] = {kind.replace(", ", "_").replace(" ", "_"): value for kind, value in errors.items()}
     figure = Figure(figsize=(8.4, 3.9), layout="constrained")
     axes = figure.subplots()
     bars(axes, rows, {kind: colour for kind, (_, _, colour) in KINDS.items()})
-    axes.set(yscale="log", ylim=(0.002, 0.05), ylabel="relMSE")
+    log_axis(axes, 0.002, 0.03)
     axes.legend(frameon=False, ncols=2, loc="upper right")
     return figure, numbers
 
@@ -63,9 +63,9 @@ def demodulation() -> tuple[Figure, dict]:
         raw = raw_features(scene, ("albedo",))["albedo"]
         clean = np.clip(prefiltered(scene)[0]["albedo"], 0, 1)
         rows[scene] = {
-            "no albedo": tuned(METHOD, scene).error,
-            "raw albedo": tuned_variant(scene, None, METHOD, albedo=raw).error,
-            "prefiltered albedo": tuned_variant(scene, None, METHOD, albedo=clean).error,
+            "no albedo": tuned_variant(METHOD, scene, WIDER).error,
+            "raw albedo": tuned_variant(METHOD, scene, WIDER, albedo=raw).error,
+            "prefiltered albedo": tuned_variant(METHOD, scene, WIDER, albedo=clean).error,
         }
     figure = Figure(figsize=(9.4, 5.4), layout="constrained")
     grid = figure.add_gridspec(2, 5, height_ratios=(1, 1.25))
@@ -80,7 +80,7 @@ def demodulation() -> tuple[Figure, dict]:
         picture(figure.add_subplot(grid[0, place]), image, title)
     axes = figure.add_subplot(grid[1, :])
     bars(axes, rows, DIVISORS)
-    axes.set(yscale="log", ylim=(0.002, 0.07), ylabel="relMSE, cross-bilateral,\nprefiltered features")
+    log_axis(axes, 0.002, 0.08, "relMSE, cross-bilateral,\nprefiltered features")
     axes.legend(frameon=False, ncols=3, loc="upper right")
     numbers = {s: {kind.replace(" ", "_"): value for kind, value in one.items()} for s, one in rows.items()}
     dark = raw_features("glossy", ("albedo",))["albedo"].max(axis=-1) < 0.01

@@ -14,6 +14,7 @@ from mcdenoise.study.figures._ch04_data import (
     by_halves,
     error,
     error_picture,
+    log_axis,
     noisy,
     picture,
     samples,
@@ -41,7 +42,7 @@ def methods() -> tuple[Figure, dict]:
                 [at - 0.4 * width, at + 0.4 * width], [tuned(name, scene).error] * 2, color="#222222", linewidth=1.4
             )
     axes.plot([], [], color="#222222", label="with the reference")
-    axes.set(yscale="log", ylim=(0.0015, 0.12), ylabel="relMSE")
+    log_axis(axes, 0.002, 0.08)
     axes.legend(frameon=False, ncols=4, loc="upper center", fontsize=9)
     numbers = {}
     for scene in SCENES:

@@ -9,7 +9,6 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from mcdenoise.filters import bilateral, cross_bilateral, noise_variance
-from mcdenoise.metrics import relmse_map
 from mcdenoise.render.scenes import dof
 from mcdenoise.samples import pixel_mean
 from mcdenoise.study.figures._ch04_data import (
@@ -17,11 +16,15 @@ from mcdenoise.study.figures._ch04_data import (
     CROSS,
     GAUSSIAN,
     NOISY,
+    PATCHES,
     PREFILTERED,
     SCENES,
     SIZE,
     bars,
+    best_gaussian,
+    error,
     feature_noise,
+    log_axis,
     noise,
     noisy,
     picture,
@@ -34,9 +37,8 @@ from mcdenoise.study.figures._ch04_data import (
     tuned_variant,
 )
 from mcdenoise.study.figures._ch04_features import RADIANCE, SHARE, filtered
-from mcdenoise.study.figures._references import reference
 
-BINS = (0, 0.5, 1, 2, 3, 4, 6, 9, 13)  # of the circle of confusion, pixels
+BINS = (0, 0.5, 1, 2, 3, 4, 5, 6, 9)  # of the circle of confusion, pixels; the wall far behind is left out
 CROP, PART = np.s_[64:112, 40:88], np.s_[48:128, 48:128]
 
 
@@ -71,27 +73,26 @@ def circle_of_confusion() -> np.ndarray:
 
 
 def focus() -> tuple[Figure, dict]:
-    """In focus against out of focus: noise of the features, and what the filter makes of the error."""
+    """In focus against out of focus: noise of the features, and the error beside that of the best Gaussian."""
     blur = circle_of_confusion()
     kinds = [(blur >= low) & (blur < high) for low, high in pairwise(BINS)]
-    kinds = [kind for kind in kinds if kind.sum() > 50]
     middle = [blur[kind].mean() for kind in kinds]
     figure = Figure(figsize=(9.4, 3.9), layout="constrained")
     left, right = figure.subplots(1, 2)
     numbers = {"blur": middle}
     for scene, colour in (("dof", BILATERAL), ("pinhole", GAUSSIAN)):
-        strength = [np.median(feature_noise(scene, share=SHARE)[kind]) for kind in kinds]
-        before, after = (relmse_map(image, reference(scene)).mean(axis=-1) for image in (noisy(scene), filtered(scene)))
-        ratio = [after[kind].mean() / before[kind].mean() for kind in kinds]
-        left.semilogy(middle, strength, "o-", color=colour, label=scene)
+        noisy_there = feature_noise(scene, share=SHARE) > 1
+        share = [100 * noisy_there[kind].mean() for kind in kinds]
+        ratio = [error(filtered(scene), scene, kind) / error(best_gaussian(scene), scene, kind) for kind in kinds]
+        left.plot(middle, share, "o-", color=colour, label=scene)
         right.plot(middle, ratio, "o-", color=colour, label=scene)
-        numbers[scene] = {"noise": strength, "ratio": ratio}
-    left.axhline(1, color="#222222", linestyle=":", label="as large as the bandwidth")
-    left.set(xlabel="circle of confusion (pixels)", ylabel="RMS distance (bandwidths), median")
-    left.set_title("features of two views of one truth", fontsize=10)
+        numbers[scene] = {"percent": share, "ratio": ratio}
+    left.set(xlabel="circle of confusion (pixels)", ylabel="share of pixels (%)", ylim=(0, 105))
+    left.set_title("features noisier than their bandwidth", fontsize=10)
     right.axhline(1, color="#222222", linestyle=":")
-    right.set(xlabel="circle of confusion (pixels)", ylabel="error after / before", ylim=(0, 1.1))
-    right.set_title("what the cross-bilateral filter leaves", fontsize=10)
+    right.text(7, 1.06, "as large as the Gaussian's", fontsize=8.5, ha="right")
+    right.set(xlabel="circle of confusion (pixels)", ylabel="ratio of errors", ylim=(0, None))
+    right.set_title("error after cross-bilateral / after best Gaussian", fontsize=10)
     for axes in (left, right):
         axes.grid(color="#e5e5e5")
     left.legend(frameon=False)
@@ -192,7 +193,13 @@ def prefilter() -> tuple[Figure, dict]:
     return figure, numbers
 
 
-GAINS = {"raw": CROSS, "raw, variances": BILATERAL, "prefiltered": "#66CCEE", "prefiltered, variances": PREFILTERED}
+GAINS = {
+    "best Gaussian": GAUSSIAN,
+    "raw": CROSS,
+    "raw, variances": BILATERAL,
+    "prefiltered": PATCHES,
+    "prefiltered, variances": PREFILTERED,
+}
 
 
 def gains() -> tuple[Figure, dict]:
@@ -202,20 +209,16 @@ def gains() -> tuple[Figure, dict]:
         own = {name: noise_variance(samples(scene)[name]) for name in raw_features(scene, tuple(prefiltered(scene)[0]))}
         clean, left = prefiltered(scene)
         rows[scene] = {
+            "best Gaussian": tuned("gaussian", scene).error,
             "raw": tuned("cross_bilateral", scene).error,
-            "raw, variances": tuned_variant(scene, variances=own).error,
-            "prefiltered": tuned_variant(scene, features=clean).error,
-            "prefiltered, variances": tuned_variant(scene, features=clean, variances=left).error,
+            "raw, variances": tuned_variant("cross_bilateral", scene, variances=own).error,
+            "prefiltered": tuned_variant("cross_bilateral", scene, features=clean).error,
+            "prefiltered, variances": tuned_variant("cross_bilateral", scene, features=clean, variances=left).error,
         }
     figure = Figure(figsize=(9.4, 3.9), layout="constrained")
     axes = figure.subplots()
     bars(axes, rows, GAINS)
-    for place, scene in enumerate(SCENES):
-        axes.plot([place - 0.45, place + 0.45], [tuned("gaussian", scene).error] * 2, color=GAUSSIAN, linestyle="--")
-    axes.plot([], [], color=GAUSSIAN, linestyle="--", label="best Gaussian")
-    axes.set(yscale="log", ylim=(0.002, 0.09), ylabel="relMSE")
+    log_axis(axes, 0.002, 0.06)
     axes.legend(frameon=False, ncols=5, loc="upper center", fontsize=8.5)
-    names = {name: name.replace(", ", "_") for name in GAINS}
-    return figure, {
-        s: {names[k]: v for k, v in one.items()} | {"gaussian": tuned("gaussian", s).error} for s, one in rows.items()
-    }
+    keys = dict(zip(GAINS, ("gaussian", "raw", "raw_variances", "prefiltered", "both"), strict=True))
+    return figure, {scene: {keys[name]: value for name, value in one.items()} for scene, one in rows.items()}

@@ -20,6 +20,7 @@ from mcdenoise.study.figures._ch04_data import (
     SIZE,
     bars,
     error,
+    log_axis,
     noise,
     noisy,
     picture,
@@ -31,7 +32,7 @@ from mcdenoise.study.figures._references import reference
 
 DIALS = {"k": 0.6, "patch_radius": 3, "weight_radius": 1}  # and the search window 21 x 21
 REACH = 10
-PIXELS = {"stripes in metal": ("glossy", 92, 57), "penumbra": ("soft_shadow", 62, 88), "bokeh": ("dof", 17, 37)}
+PIXELS = {"stripes in metal": ("glossy", 92, 57), "penumbra": ("soft_shadow", 62, 88), "bokeh": ("dof", 15, 18)}
 CONSTANTS = tuple(np.geomspace(1e-5, 0.3, 12))
 
 
@@ -139,7 +140,7 @@ def variances_matter() -> tuple[Figure, dict]:
     axes = figure.subplots()
     colours = dict(zip(rows["dof"], (NOISY, GAUSSIAN, BILATERAL, PATCHES), strict=True))
     bars(axes, rows, colours)
-    axes.set(yscale="log", ylim=(0.002, 0.25), ylabel="relMSE")
+    log_axis(axes, 0.002, 0.25)
     axes.legend(frameon=False, ncols=4, loc="upper center", fontsize=9)
     keys = dict(zip(colours, ("noisy", "gaussian", "constant", "variances"), strict=True))
     numbers = {s: {keys[k]: v for k, v in one.items()} for s, one in rows.items()}
@@ -180,7 +181,7 @@ def firefly() -> tuple[Figure, dict]:
         "variances, taken\noff: the sum": ("symmetric", symmetric(scene)),
         "NL-means\n(min of the two)": ("nlm", nlm(image, variance, **DIALS)),
     }
-    figure = Figure(figsize=(9.4, 3.0), layout="constrained")
+    figure = Figure(figsize=(9.4, 2.55), layout="constrained")
     numbers = {"pixels": len(excess)}
     for axes, (title, (key, one)) in zip(figure.subplots(1, 6), images.items(), strict=True):
         left = float(((one - reference(scene)).mean(axis=-1)[where] / excess).mean())
@@ -199,7 +200,7 @@ def k_patch() -> tuple[Figure, dict]:
         run = lambda r, k, scene=scene: nlm(noisy(scene), noise(scene), patch_radius=r, k=k, weight_radius=1)  # noqa: E731
         errors = np.array([[error(run(r, k), scene) for k in values] for r in radii])
         scale = LogNorm(errors.min(), errors.max())
-        shown = axes.imshow(errors, cmap="viridis_r", norm=scale, origin="lower", aspect="auto")
+        axes.imshow(errors, cmap="viridis_r", norm=scale, origin="lower", aspect="auto")
         for (i, j), one in np.ndenumerate(errors):
             light = one > np.sqrt(errors.min() * errors.max())
             colour = "white" if light else "black"
@@ -209,7 +210,6 @@ def k_patch() -> tuple[Figure, dict]:
         axes.set_xticks(range(len(values)), [f"{k:g}" for k in values])
         axes.set_yticks(range(len(radii)), [f"{r} ({2 * r + 1} x {2 * r + 1})" for r in radii])
         axes.set(xlabel="k (standard deviations)", ylabel="patch_radius (pixels)")
-        axes.set_title(f"{scene}: unfiltered {error(noisy(scene), scene):.4f}", fontsize=10)
-        figure.colorbar(shown, ax=axes, label="relMSE", format="%.3g")
+        axes.set_title(f"{scene}: relMSE, unfiltered {error(noisy(scene), scene):.4f}", fontsize=10)
         numbers[scene] = {"k": values[j], "patch_radius": radii[i], "relmse": errors[i, j], "radius_0": errors[0].min()}
     return figure, numbers

@@ -1,0 +1,190 @@
+"""The figures of chapter 04: what they claim holds, and what is stored is what the page shows."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mcdenoise.filters import bilateral
+from mcdenoise.study.figures import _ch04_data as data
+from mcdenoise.study.figures import _ch04_features as features
+from mcdenoise.study.figures import _ch04_noise as noise
+from mcdenoise.study.figures import _ch04_patches as patches
+from mcdenoise.study.figures.__main__ import rounded
+from mcdenoise.study.figures.ch04 import FIGURES
+
+pytestmark = pytest.mark.ch04
+
+ROOT = Path(__file__).resolve().parents[1]
+FOLDER = ROOT / "lectures" / "figures"
+PAGE = (ROOT / "lectures" / "ch04_features.md").read_text("utf-8")
+STORED = json.loads((FOLDER / "ch04.json").read_text("utf-8"))
+CHEAP = ("features", "more_features", "window_weights", "feature_noise", "expected_difference")
+
+
+def assert_same_numbers(made, stored):
+    if isinstance(stored, dict):
+        assert made.keys() == stored.keys()
+        for name in stored:
+            assert_same_numbers(made[name], stored[name])
+    else:
+        np.testing.assert_allclose(made, stored, rtol=2e-3, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", CHEAP)
+def test_stored_numbers_are_those_of_the_code(name):
+    assert_same_numbers(rounded(FIGURES[name]()[1], name), STORED[name])
+
+
+def test_every_figure_is_stored_shown_and_small():
+    assert STORED.keys() == FIGURES.keys()
+    for name in FIGURES:
+        (path,) = FOLDER.glob(f"ch04_{name}.*")
+        assert f"figures/{path.name}" in PAGE, f"{path.name} is on no page"
+        assert path.stat().st_size < (600_000 if path.suffix == ".html" else 200_000), path.name
+
+
+def test_the_page_quotes_numbers_that_exist():
+    jinja2 = pytest.importorskip("jinja2")
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined)
+    quoted = re.findall(r"\{\{.*?\}\}", PAGE, re.DOTALL)
+    assert len(quoted) > 60
+    for one in quoted:
+        assert environment.from_string(one).render(ch04=STORED).strip()
+
+
+def test_the_one_filter_is_the_same_on_all_scenes_and_has_the_stored_errors():
+    for scene in ("pinhole", "dof"):
+        error = data.error(features.filtered(scene), scene)
+        assert error == pytest.approx(STORED["five_errors"]["whole"][scene]["cross_bilateral"], rel=2e-3)
+
+
+def test_noisy_features_fail_and_clean_ones_do_not():
+    whole, part = (STORED["five_errors"][kind] for kind in ("whole", "part"))
+    for scene in ("dof", "motion"):
+        assert whole[scene]["cross_bilateral"] > 1.3 * whole[scene]["gaussian"]
+        assert part[scene]["cross_bilateral"] > 1.8 * part[scene]["gaussian"]
+    assert part["pinhole"]["cross_bilateral"] < 0.55 * part["pinhole"]["noisy"]
+    assert whole["glossy"]["cross_bilateral"] < whole["glossy"]["gaussian"]
+    assert part["glossy"]["cross_bilateral"] > 0.9 * part["glossy"]["gaussian"]
+    assert STORED["five_errors"]["elsewhere"]["soft_shadow"]["cross_bilateral"] > 0.004
+    assert STORED["five_errors"]["features_alone"]["soft_shadow"] > 1.1 * whole["soft_shadow"]["gaussian"]
+    assert all(STORED["five_errors"]["tuned"][scene] < whole[scene]["cross_bilateral"] for scene in data.SCENES)
+
+
+def test_no_share_is_right_with_and_without_the_lens():
+    dial = STORED["slider_share"]
+    assert dial["dof_best"] >= 5 * dial["pinhole_best"]
+    at = dial["share"].index(dial["dof_best"])
+    assert dial["pinhole"][at] > 2 * min(dial["pinhole"])
+
+
+def test_features_out_of_focus_are_noisy():
+    with_lens, without = (data.feature_noise(scene) > 1 for scene in ("dof", "pinhole"))
+    assert with_lens.mean() > 2.5 * without.mean()
+    ratio = STORED["focus"]["dof"]["ratio"]
+    assert max(ratio[:2]) < 0.5
+    assert max(ratio) == ratio[5] > 3
+    assert min(ratio[2:]) > 1
+    assert max(STORED["focus"]["pinhole"]["ratio"]) < 1
+
+
+def test_circle_of_confusion_is_zero_in_the_plane_of_focus():
+    blur = noise.circle_of_confusion()
+    assert blur.min() < 0.05
+    assert blur[:30].min() > 8  # the wall
+
+
+def test_both_limits_of_variances():
+    distance = noise.distances_to_limits(np.array([1e-5, 1e-4, 1e5, 1e6]), np.array([1e-4, 2e-4, 1.0]))
+    assert distance["plain"][1] / distance["plain"][0] == pytest.approx(10, rel=0.01)
+    assert distance["bilateral"][2] / distance["bilateral"][3] == pytest.approx(10, rel=0.05)
+    assert distance["standard_deviations"][1] / distance["standard_deviations"][0] == pytest.approx(4, rel=0.05)
+    assert STORED["variance_limits"]["slope_sigma"] == pytest.approx(2, abs=0.05)
+
+
+def test_prefiltered_features_are_better_and_gain():
+    for feature in STORED["prefilter"].values():
+        assert feature["noisy"]["after"] < 0.7 * feature["noisy"]["before"]
+        assert feature["clean"]["after"] < feature["clean"]["before"]
+    for scene in data.SCENES:
+        gain = STORED["gains"][scene]
+        assert gain["both"] < 0.95 * gain["raw"]
+        assert gain["both"] < gain["gaussian"]
+        assert gain["prefiltered"] < min(gain["raw"], gain["raw_variances"])
+    assert STORED["gains"]["motion"]["raw_variances"] < 0.9 * STORED["gains"]["motion"]["raw"]
+    assert STORED["gains"]["dof"]["raw_variances"] == pytest.approx(STORED["gains"]["dof"]["raw"], rel=0.03)
+
+
+def test_more_witnesses_help_only_without_their_noise():
+    for of in STORED["groups"].values():
+        assert of["raw_all"] > 0.97 * of["raw_first_hit"]
+        assert of["prefiltered_all"] < 0.97 * of["prefiltered_first_hit"]
+    assert (
+        STORED["groups"]["soft_shadow"]["prefiltered_all"]
+        < 0.7 * STORED["groups"]["soft_shadow"]["prefiltered_first_hit"]
+    )
+
+
+def test_albedo_helps_textures_and_harms_where_it_is_noisy_or_missing():
+    of = STORED["demodulation"]
+    for scene in ("pinhole", "motion"):
+        assert of[scene]["prefiltered_albedo"] < 0.97 * of[scene]["no_albedo"]
+    for scene in ("dof", "motion"):
+        assert of[scene]["raw_albedo"] > 1.5 * of[scene]["no_albedo"]
+    assert min(of["glossy"]["raw_albedo"], of["glossy"]["prefiltered_albedo"]) > of["glossy"]["no_albedo"]
+
+
+def test_two_normal_views_differ_by_one():
+    ratio = patches.normal_views(seed=1, size=128)
+    assert ratio.mean() == pytest.approx(1, abs=4 * np.sqrt(2 / ratio.size))
+    taken_off = STORED["expected_difference"]["normal"]
+    assert taken_off["weight_with"] > 10 * taken_off["weight_without"]
+
+
+@pytest.mark.parametrize("name", patches.PIXELS)
+def test_patches_find_better_friends(name):
+    of = STORED["pixel_patch"][name.replace(" ", "_")]
+    assert of["by_patch"]["truth_differs"] < 0.8 * of["by_pixel"]["truth_differs"]
+    weights = patches.weights_of(*patches.PIXELS[name], 3)
+    assert weights[patches.REACH, patches.REACH] == 1
+    assert weights.sum() == pytest.approx(of["by_patch"]["norm"], rel=2e-3)
+
+
+def test_nl_means_needs_the_variance_of_each_pixel():
+    of = STORED["variances_matter"]
+    assert sorted(scene for scene in of if of[scene]["constant"] > of[scene]["gaussian"]) == ["dof", "glossy", "motion"]
+    assert all(of[scene]["variances"] < 0.9 * min(of[scene]["gaussian"], of[scene]["constant"]) for scene in of)
+
+
+def test_fireflies_after_the_bilateral_and_after_nl_means():
+    where, excess = patches.brightest("glossy")
+    kept = bilateral(data.noisy("glossy"), sigma_space=1.4, sigma_radiance=0.3)
+    left = ((kept - data.reference("glossy")).mean(axis=-1)[where] / excess).mean()
+    assert left == pytest.approx(STORED["firefly"]["bilateral"]["left"], rel=2e-3)
+    assert STORED["firefly"]["nlm"]["left"] < 0.25 < 0.8 < left
+    assert STORED["firefly"]["symmetric"]["left"] == pytest.approx(STORED["firefly"]["nlm"]["left"], abs=0.03)
+    assert STORED["firefly"]["symmetric"]["relmse"] > 1.1 * STORED["firefly"]["nlm"]["relmse"]
+
+
+def test_k_is_the_same_on_both_scenes_and_single_pixels_fail():
+    of = STORED["k_patch"]
+    assert of["dof"]["k"] == of["soft_shadow"]["k"]
+    assert of["dof"]["radius_0"] > 0.95 * STORED["variances_matter"]["dof"]["noisy"]
+    assert of["dof"]["relmse"] < 0.3 * of["dof"]["radius_0"]
+
+
+def test_all_methods_are_shown_and_none_is_best_everywhere():
+    best = set()
+    for scene in data.SCENES:
+        errors = {name: STORED["methods"][scene][name]["halves"] for name in data.COLOURS}
+        assert STORED["methods"][scene]["best"] == min(errors.values()) < 0.65 * STORED["methods"][scene]["noisy"]
+        best.add(min(errors, key=errors.get))
+    assert len(best) > 1
+
+
+def test_the_lens_leaves_a_question():
+    assert STORED["left_over"]["over_pinhole"] > 1.4
+    assert STORED["left_over"]["nlm"]["lamps"] > 40
