@@ -71,7 +71,13 @@ def test_noisy_features_fail_and_clean_ones_do_not():
     assert part["glossy"]["cross_bilateral"] > 0.9 * part["glossy"]["gaussian"]
     assert STORED["five_errors"]["elsewhere"]["soft_shadow"]["cross_bilateral"] > 0.004
     assert STORED["five_errors"]["features_alone"]["soft_shadow"] > 1.1 * whole["soft_shadow"]["gaussian"]
-    assert all(STORED["five_errors"]["tuned"][scene] < whole[scene]["cross_bilateral"] for scene in data.SCENES)
+
+
+def test_dials_of_its_own_beat_the_gaussian_by_blinding_the_features():
+    of = STORED["five_errors"]
+    for scene in data.SCENES:
+        assert of["tuned"][scene] < min(of["whole"][scene]["cross_bilateral"], of["whole"][scene]["gaussian"])
+    assert min(of["share"]["dof"], of["share"]["motion"]) > 1.5 * of["share"]["pinhole"]
 
 
 def test_no_share_is_right_with_and_without_the_lens():
@@ -130,8 +136,8 @@ def test_more_witnesses_help_only_without_their_noise():
 
 def test_albedo_helps_textures_and_harms_where_it_is_noisy_or_missing():
     of = STORED["demodulation"]
-    for scene in ("pinhole", "motion"):
-        assert of[scene]["prefiltered_albedo"] < 0.97 * of[scene]["no_albedo"]
+    for scene in ("pinhole", "dof", "motion"):
+        assert of[scene]["prefiltered_albedo"] < 0.98 * of[scene]["no_albedo"]
     for scene in ("dof", "motion"):
         assert of[scene]["raw_albedo"] > 1.5 * of[scene]["no_albedo"]
     assert min(of["glossy"]["raw_albedo"], of["glossy"]["prefiltered_albedo"]) > of["glossy"]["no_albedo"]
@@ -145,9 +151,10 @@ def test_two_normal_views_differ_by_one():
 
 
 @pytest.mark.parametrize("name", patches.PIXELS)
-def test_patches_find_better_friends(name):
+def test_patches_find_better_friends_but_not_in_the_bokeh(name):
     of = STORED["pixel_patch"][name.replace(" ", "_")]
-    assert of["by_patch"]["truth_differs"] < 0.8 * of["by_pixel"]["truth_differs"]
+    better = of["by_patch"]["truth_differs"] < 0.8 * of["by_pixel"]["truth_differs"]
+    assert better == (name != "bokeh")
     weights = patches.weights_of(*patches.PIXELS[name], 3)
     assert weights[patches.REACH, patches.REACH] == 1
     assert weights.sum() == pytest.approx(of["by_patch"]["norm"], rel=2e-3)
@@ -183,6 +190,7 @@ def test_all_methods_are_shown_and_none_is_best_everywhere():
         assert STORED["methods"][scene]["best"] == min(errors.values()) < 0.65 * STORED["methods"][scene]["noisy"]
         best.add(min(errors, key=errors.get))
     assert len(best) > 1
+    assert STORED["methods"]["pinhole"]["gaussian"]["halves"] > STORED["methods"]["pinhole"]["noisy"]
 
 
 def test_the_lens_leaves_a_question():

@@ -85,8 +85,8 @@ def _chart_whole(axes: Axes, comparison: Comparison) -> None:
     points += [(r.seconds, r.relmse, r.label, colour) for r, colour, _ in _styled(comparison.filters)]
     _log_axes(axes, points)
     axes.set(title="Rendering + filtering", xlabel="seconds", ylabel="relMSE (lower is better)")
-    _label_points(axes, points)
     axes.legend(loc="upper right", frameon=False)
+    _label_points(axes, points)
 
 
 def _chart_filters(axes: Axes, comparison: Comparison) -> None:
@@ -123,28 +123,53 @@ def _log_axes(axes: Axes, points: list[tuple[float, float, str, str]]) -> None:
 
 
 def _label_points(axes: Axes, points: list[tuple[float, float, str, str]]) -> None:
-    """Write each point's label beside it (left of it near the right edge), moved down where labels would touch."""
-    gap = 14.0  # points between two lines of text
-    floor, ceiling = np.log(axes.get_ylim())
-    scale = axes.get_window_extent().height * 72 / axes.figure.dpi / (ceiling - floor)
-    first, last = np.log(axes.get_xlim())
-    above = np.inf
-    for seconds, error, label, colour in sorted(points, key=lambda point: -point[1]):
-        wanted = (np.log(max(error, SMALLEST_ERROR)) - floor) * scale
-        above = min(wanted, above - gap)
-        left = np.log(seconds) - first > 0.75 * (last - first)
-        leader = {"arrowstyle": "-", "color": colour, "linewidth": 0.6} if wanted - above > gap / 2 else None
+    """Write each point's label where it covers least: beside the point if there is room, else farther off with a leader."""
+    extent, dots = axes.get_window_extent(), 72 / axes.figure.dpi
+    corner, size = np.array([extent.x0, extent.y0]) * dots, np.array([extent.width, extent.height]) * dots
+    places = [
+        axes.transData.transform((seconds, max(error, SMALLEST_ERROR))) * dots - corner for seconds, error, *_ in points
+    ]
+    taken = [(*(place - 5), *(place + 5)) for place in places]
+    for place, (seconds, error, label, colour) in sorted(zip(places, points, strict=True), key=lambda one: -one[1][1]):
+        box, reach = min(_label_boxes(place, label), key=lambda one: _covered(one[0], taken, size) + 0.3 * one[1])
+        taken.append(box)
+        shift = np.subtract(box[:2], place)
         text = axes.annotate(
             label,
-            (seconds, error),
-            xytext=(-9 if left else 9, above - wanted + 4),
+            (seconds, max(error, SMALLEST_ERROR)),
+            xytext=(shift[0], shift[1] + 2),
             textcoords="offset points",
-            ha="right" if left else "left",
-            arrowprops=leader,
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.6} if reach > 16 else None,
             color=colour,
             fontsize=9,
         )
         text.set_path_effects([withStroke(linewidth=3, foreground="white")])
+
+
+def _label_boxes(place: np.ndarray, label: str) -> list[tuple[tuple[float, ...], float]]:
+    """Boxes (left, bottom, right, top) around a point that a label may take, in points, with their distance from it."""
+    width, height = 5.0 * len(label), 11.0
+    boxes = []
+    for reach in (9.0, 18.0, 30.0, 45.0, 60.0):
+        for right, up in ((1, 0), (-1, 0), (1, -1), (1, 1), (-1, -1), (-1, 1)):
+            near = place + reach * np.array([right, up]) / np.hypot(right, up)
+            left = near[0] if right > 0 else near[0] - width
+            boxes.append(((left, near[1] - height / 2, left + width, near[1] + height / 2), reach))
+    return boxes
+
+
+def _covered(box: tuple[float, ...], taken: list[tuple[float, ...]], size: np.ndarray) -> float:
+    """How much of what is taken, and of the outside of the axes, a box would cover, in square points.
+
+    Examples
+    --------
+    >>> _covered((0, 0, 10, 10), [(5, 5, 20, 20)], np.array([100, 100]))
+    25.0
+    """
+    left, bottom, right, top = box
+    inside = max(min(right, size[0]) - max(left, 0), 0) * max(min(top, size[1]) - max(bottom, 0), 0)
+    over = [max(min(right, c) - max(left, a), 0) * max(min(top, d) - max(bottom, b), 0) for a, b, c, d in taken]
+    return float(sum(over) + 4 * ((right - left) * (top - bottom) - inside))
 
 
 def _styled(results: tuple[Result, ...]) -> list[tuple[Result, str, str]]:

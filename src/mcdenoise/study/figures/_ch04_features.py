@@ -164,7 +164,7 @@ PLACES = {
 def five_errors() -> tuple[Figure, dict]:
     """The errors of the one filter, over the whole image and where each scene is difficult, beside the best Gaussian."""
     figure = Figure(figsize=(9.4, 6.4), layout="constrained")
-    numbers = {"whole": {}, "part": {}, "elsewhere": {}, "features_alone": {}, "tuned": {}, "percent": {}}
+    numbers = {"whole": {}, "part": {}, "elsewhere": {}, "features_alone": {}, "tuned": {}, "share": {}, "percent": {}}
     for scene in SCENES:
         where = where_it_matters(scene)
         images = {"unfiltered": noisy(scene), "best Gaussian": best_gaussian(scene), "cross-bilateral": filtered(scene)}
@@ -173,7 +173,9 @@ def five_errors() -> tuple[Figure, dict]:
         numbers["elsewhere"][scene] = {name: error(image, scene, ~where) for name, image in images.items()}
         numbers["percent"][scene] = 100 * where.mean()
         numbers["features_alone"][scene] = error(filtered(scene, np.inf), scene)
-        numbers["tuned"][scene] = tuned_first_hit("cross_bilateral", scene).error
+        best = tuned_first_hit("cross_bilateral", scene)
+        numbers["tuned"][scene] = best.error
+        numbers["share"][scene] = best.parameters["sigma_features"]["albedo"] / shares(scene, 1.0)["albedo"]
     colours = {"unfiltered": NOISY, "best Gaussian": GAUSSIAN, "cross-bilateral": CROSS}
     above, below = figure.subplots(2, 1)
     bars(above, numbers["whole"], colours)
