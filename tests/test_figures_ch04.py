@@ -77,14 +77,15 @@ def test_dials_of_its_own_beat_the_gaussian_by_blinding_the_features():
     of = STORED["five_errors"]
     for scene in data.SCENES:
         assert of["tuned"][scene] < min(of["whole"][scene]["cross_bilateral"], of["whole"][scene]["gaussian"])
-    assert min(of["share"]["dof"], of["share"]["motion"]) > 1.5 * of["share"]["pinhole"]
+    assert of["share"]["dof"] > 0.9
 
 
 def test_no_share_is_right_with_and_without_the_lens():
     dial = STORED["slider_share"]
     assert dial["dof_best"] >= 5 * dial["pinhole_best"]
     at = dial["share"].index(dial["dof_best"])
-    assert dial["pinhole"][at] > 2 * min(dial["pinhole"])
+    assert at == 5  # as the page quotes it
+    assert dial["pinhole"][at] > STORED["five_errors"]["whole"]["pinhole"]["noisy"]
 
 
 def test_features_out_of_focus_are_noisy():

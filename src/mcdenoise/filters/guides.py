@@ -129,7 +129,7 @@ def check_variance(variance: object, name: str, image: np.ndarray) -> np.ndarray
     """
     shape = with_channels(image).shape
     if np.ndim(variance) == 0:
-        variance = np.full(image.shape[:2], check_variance_number(variance, name))
+        variance = np.full(image.shape[:2], _number(variance, name))
     variance = with_channels(check_same_size(check_range(variance, name), name, image))
     if variance.shape[2] not in (1, shape[2]):
         raise ValueError(
@@ -140,7 +140,7 @@ def check_variance(variance: object, name: str, image: np.ndarray) -> np.ndarray
     return np.broadcast_to(variance, shape)
 
 
-def check_variance_number(variance: object, name: str) -> float:
+def _number(variance: object, name: str) -> float:
     """Return one number as a float; text, None and the like are refused."""
     if isinstance(variance, (bool, np.bool_)) or not isinstance(variance, (int, float, np.integer, np.floating)):
         raise ValueError(

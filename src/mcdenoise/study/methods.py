@@ -103,7 +103,7 @@ def _bilateral_candidates(_: SampleBuffer) -> list[Parameters]:
 
 
 def _cross_bilateral_candidates(samples: SampleBuffer) -> list[Parameters]:
-    shares = _shares(samples, (0.1, 0.3, 1.0), (np.inf, 1.0))
+    shares = _shares(samples, (0.1, 0.3, 1.0, 10.0), (np.inf, 1.0))
     return [
         {"sigma_space": space, "sigma_radiance": radiance, "sigma_features": sigmas}
         for space, radiance, sigmas in product((0.7, 1.4, 2.8), (0.1, 0.4, 1.6), shares)
