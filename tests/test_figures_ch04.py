@@ -78,6 +78,7 @@ def test_dials_of_its_own_beat_the_gaussian_by_blinding_the_features():
     for scene in data.SCENES:
         assert of["tuned"][scene] < min(of["whole"][scene]["cross_bilateral"], of["whole"][scene]["gaussian"])
     assert of["share"]["dof"] > 0.9
+    assert of["share"]["soft_shadow"] > 2
 
 
 def test_no_share_is_right_with_and_without_the_lens():
@@ -121,8 +122,9 @@ def test_prefiltered_features_are_better_and_gain():
         assert gain["both"] < 0.95 * gain["raw"]
         assert gain["both"] < gain["gaussian"]
         assert gain["prefiltered"] < min(gain["raw"], gain["raw_variances"])
-    assert STORED["gains"]["motion"]["raw_variances"] < 0.9 * STORED["gains"]["motion"]["raw"]
-    assert STORED["gains"]["dof"]["raw_variances"] == pytest.approx(STORED["gains"]["dof"]["raw"], rel=0.03)
+        assert gain["raw_variances"] > 0.94 * gain["raw"]
+    assert STORED["gains"]["motion"]["fixed_variances"] < 0.8 * STORED["gains"]["motion"]["fixed_raw"]
+    assert STORED["gains"]["dof"]["fixed_variances"] < 0.9 * STORED["gains"]["dof"]["fixed_raw"]
 
 
 def test_more_witnesses_help_only_without_their_noise():
@@ -135,13 +137,13 @@ def test_more_witnesses_help_only_without_their_noise():
     )
 
 
-def test_albedo_helps_textures_and_harms_where_it_is_noisy_or_missing():
+def test_albedo_helps_where_it_is_clean_and_harms_where_it_is_noisy():
     of = STORED["demodulation"]
-    for scene in ("pinhole", "dof", "motion"):
-        assert of[scene]["prefiltered_albedo"] < 0.98 * of[scene]["no_albedo"]
-    for scene in ("dof", "motion"):
-        assert of[scene]["raw_albedo"] > 1.5 * of[scene]["no_albedo"]
-    assert min(of["glossy"]["raw_albedo"], of["glossy"]["prefiltered_albedo"]) > of["glossy"]["no_albedo"]
+    for scene in ("pinhole", "dof", "motion", "glossy"):
+        assert of[scene]["prefiltered_albedo"] < 0.97 * of[scene]["no_albedo"]
+    assert of["soft_shadow"]["prefiltered_albedo"] == pytest.approx(of["soft_shadow"]["no_albedo"], rel=0.02)
+    assert all(of[scene]["raw_albedo"] > of[scene]["no_albedo"] for scene in of)
+    assert max(of, key=lambda scene: of[scene]["raw_albedo"] - of[scene]["no_albedo"]) == "dof"
 
 
 def test_two_normal_views_differ_by_one():
@@ -177,23 +179,30 @@ def test_fireflies_after_the_bilateral_and_after_nl_means():
     assert STORED["firefly"]["symmetric"]["relmse"] > 1.1 * STORED["firefly"]["nlm"]["relmse"]
 
 
-def test_k_is_the_same_on_both_scenes_and_single_pixels_fail():
+def test_k_is_nearly_the_same_on_both_scenes_and_single_pixels_fail():
     of = STORED["k_patch"]
-    assert of["dof"]["k"] == of["soft_shadow"]["k"]
-    assert of["dof"]["radius_0"] > 0.95 * STORED["variances_matter"]["dof"]["noisy"]
+    assert max(of["dof"]["k"], of["soft_shadow"]["k"]) <= 1.5 * min(of["dof"]["k"], of["soft_shadow"]["k"])
+    assert of["dof"]["radius_0"] > STORED["variances_matter"]["dof"]["gaussian"]
     assert of["dof"]["relmse"] < 0.3 * of["dof"]["radius_0"]
 
 
-def test_all_methods_are_shown_and_none_is_best_everywhere():
-    best = set()
+def test_near_matters_after_all():
+    of = STORED["search"]
+    assert of["radii"][2] == of["dof"]["best"] and of["radii"][6] == 10  # noqa: PT018 (as the page quotes them)
+    assert of["dof"]["errors"][6] > 1.4 * min(of["dof"]["errors"])
+    assert max(of[scene]["best"] for scene in ("motion", "glossy", "soft_shadow")) <= 5
+    assert np.ptp(of["pinhole"]["errors"]) < 0.1 * min(of["pinhole"]["errors"])
+
+
+def test_joint_nl_means_is_best_on_all_scenes():
     for scene in data.SCENES:
         errors = {name: STORED["methods"][scene][name]["halves"] for name in data.COLOURS}
-        assert STORED["methods"][scene]["best"] == min(errors.values()) < 0.65 * STORED["methods"][scene]["noisy"]
-        best.add(min(errors, key=errors.get))
-    assert len(best) > 1
+        assert min(errors, key=errors.get) == "joint_nlm"
+        assert errors["joint_nlm"] == STORED["methods"][scene]["best"] < 0.6 * STORED["methods"][scene]["noisy"]
     assert STORED["methods"]["pinhole"]["gaussian"]["halves"] > STORED["methods"]["pinhole"]["noisy"]
 
 
 def test_the_lens_leaves_a_question():
-    assert STORED["left_over"]["over_pinhole"] > 1.4
-    assert STORED["left_over"]["nlm"]["lamps"] > 40
+    of = STORED["left_over"]
+    assert of["over_pinhole"] > 1.2
+    assert of["joint_nlm"]["lamps"] > of["joint_nlm"]["blurred"] > of["joint_nlm"]["sharp"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from mcdenoise.filters import bilateral, nlm, noise_variance
@@ -30,7 +29,7 @@ from mcdenoise.study.figures._ch04_data import (
 )
 from mcdenoise.study.figures._references import reference
 
-DIALS = {"k": 0.6, "patch_radius": 3, "weight_radius": 1}  # and the search window 21 x 21
+DIALS = {"k": 0.6, "search_radius": 5, "patch_radius": 3, "weight_radius": 1}
 REACH = 10
 PIXELS = {"stripes in metal": ("glossy", 92, 57), "penumbra": ("soft_shadow", 62, 88), "bokeh": ("dof", 15, 18)}
 CONSTANTS = tuple(np.geomspace(1e-5, 0.3, 12))
@@ -121,8 +120,8 @@ def expected_difference() -> tuple[Figure, dict]:
 @cache
 def best_constant(scene: str) -> tuple[float, float]:
     """RelMSE of NL-means that takes one variance for all pixels, and that variance. (It looks at the reference.)"""
-    radii = {"patch_radius": DIALS["patch_radius"], "weight_radius": DIALS["weight_radius"]}
-    return min((error(nlm(noisy(scene), float(one), k=1.0, **radii), scene), float(one)) for one in CONSTANTS)
+    dials = {**DIALS, "k": 1.0}
+    return min((error(nlm(noisy(scene), float(one), **dials), scene), float(one)) for one in CONSTANTS)
 
 
 def variances_matter() -> tuple[Figure, dict]:
@@ -151,7 +150,7 @@ def symmetric(scene: str) -> np.ndarray:
     """NL-means that takes off var_p + var_q instead of var_p + min(var_p, var_q)."""
     image, variance = noisy(scene).astype(np.float64), noise(scene).mean(axis=-1, dtype=np.float64)
     total, norm = np.zeros_like(image), np.zeros((SIZE, SIZE))
-    for _, _, here, there in window_offsets(SIZE, SIZE, 10):
+    for _, _, here, there in window_offsets(SIZE, SIZE, DIALS["search_radius"]):
         both = variance[here] + variance[there] + 1e-12
         square = ((image[here] - image[there]) ** 2).mean(axis=-1)
         distance = box_mean((square - both) / (DIALS["k"] ** 2 * both), DIALS["patch_radius"])
@@ -172,11 +171,11 @@ def firefly() -> tuple[Figure, dict]:
     """What is left of the fireflies of rough metal, and what they do to others."""
     scene, (where, excess) = "glossy", brightest("glossy")
     image, variance = noisy(scene), noise(scene)
-    radii = {"patch_radius": DIALS["patch_radius"], "weight_radius": DIALS["weight_radius"]}
+    one_for_all = {**DIALS, "k": 1.0}
     images = {
         "8 spp": ("noisy", image),
         "bilateral,\n1.4 px, 0.3": ("bilateral", bilateral(image, sigma_space=1.4, sigma_radiance=0.3)),
-        "NL-means,\none variance": ("constant", nlm(image, best_constant(scene)[1], k=1.0, **radii)),
+        "NL-means,\none variance": ("constant", nlm(image, best_constant(scene)[1], **one_for_all)),
         "variances,\nnothing taken off": ("kept", nlm(image, variance, cancellation=0.0, **DIALS)),
         "variances, taken\noff: the sum": ("symmetric", symmetric(scene)),
         "NL-means\n(min of the two)": ("nlm", nlm(image, variance, **DIALS)),
@@ -189,27 +188,4 @@ def firefly() -> tuple[Figure, dict]:
         axes.title.set_fontsize(9)
         axes.set_xlabel(f"excess left {100 * left:.0f} %\nrelMSE {error(one, scene):.4f}", fontsize=9)
         numbers[key] = {"left": left, "relmse": error(one, scene)}
-    return figure, numbers
-
-
-def k_patch() -> tuple[Figure, dict]:
-    """RelMSE over k and patch_radius on two scenes."""
-    values, radii, numbers = (0.2, 0.3, 0.45, 0.6, 0.8, 1.2, 2.0), (0, 1, 2, 3, 4, 5), {}
-    figure = Figure(figsize=(9.4, 4.0), layout="constrained")
-    for axes, scene in zip(figure.subplots(1, 2), ("dof", "soft_shadow"), strict=True):
-        run = lambda r, k, scene=scene: nlm(noisy(scene), noise(scene), patch_radius=r, k=k, weight_radius=1)  # noqa: E731
-        errors = np.array([[error(run(r, k), scene) for k in values] for r in radii])
-        scale = LogNorm(errors.min(), errors.max())
-        axes.imshow(errors, cmap="viridis_r", norm=scale, origin="lower", aspect="auto")
-        for (i, j), one in np.ndenumerate(errors):
-            light = one > np.sqrt(errors.min() * errors.max())
-            colour = "white" if light else "black"
-            axes.text(j, i, f"{one:.4f}"[1:], ha="center", va="center", fontsize=8, color=colour)
-        i, j = np.unravel_index(errors.argmin(), errors.shape)
-        axes.plot(j, i, "s", markersize=26, markerfacecolor="none", markeredgecolor="#EE3333", markeredgewidth=2)
-        axes.set_xticks(range(len(values)), [f"{k:g}" for k in values])
-        axes.set_yticks(range(len(radii)), [f"{r} ({2 * r + 1} x {2 * r + 1})" for r in radii])
-        axes.set(xlabel="k (standard deviations)", ylabel="patch_radius (pixels)")
-        axes.set_title(f"{scene}: relMSE, unfiltered {error(noisy(scene), scene):.4f}", fontsize=10)
-        numbers[scene] = {"k": values[j], "patch_radius": radii[i], "relmse": errors[i, j], "radius_0": errors[0].min()}
     return figure, numbers

@@ -1,5 +1,6 @@
 """The figures of chapter 04, features and patches, in the order of the lecture."""
 
+from mcdenoise.study.figures._ch04_dials import k_patch, search
 from mcdenoise.study.figures._ch04_features import (
     features,
     five_errors,
@@ -10,14 +11,9 @@ from mcdenoise.study.figures._ch04_features import (
 )
 from mcdenoise.study.figures._ch04_groups import demodulation, groups
 from mcdenoise.study.figures._ch04_methods import left_over, methods
-from mcdenoise.study.figures._ch04_noise import feature_noise_maps, focus, gains, prefilter, variance_limits
-from mcdenoise.study.figures._ch04_patches import (
-    expected_difference,
-    firefly,
-    k_patch,
-    pixel_patch,
-    variances_matter,
-)
+from mcdenoise.study.figures._ch04_noise import feature_noise_maps, focus, variance_limits
+from mcdenoise.study.figures._ch04_patches import expected_difference, firefly, pixel_patch, variances_matter
+from mcdenoise.study.figures._ch04_prefilter import gains, prefilter
 
 FIGURES = {
     "features": features,
@@ -38,6 +34,7 @@ FIGURES = {
     "variances_matter": variances_matter,
     "firefly": firefly,
     "k_patch": k_patch,
+    "search": search,
     "methods": methods,
     "left_over": left_over,
 }
