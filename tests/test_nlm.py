@@ -183,6 +183,45 @@ def test_engines_agree_and_stay_in_range(height, width, channels, scale, k, radi
     assert (fast <= image.max() + 1e-6 * largest).all()
 
 
+@pytest.mark.parametrize("patch_radius", [0, 1, 3])
+def test_equal_pixels_without_noise_have_the_distance_zero(engine, patch_radius):
+    """As in a black shadow: 0 / 0 is 0, no gain that pays for a difference elsewhere in the patch."""
+    image, variance = np.zeros((11, 12)), np.zeros((11, 12))
+    image[:, 9:], variance[:, 9:] = noise(11, 3), 0.01
+    filtered = nlm(image, variance, search_radius=2, patch_radius=patch_radius, engine=engine)
+    for p in ((5, 8), (5, 7), (0, 9), (10, 10)):
+        total, norm = 0.0, 0.0
+        for y in range(max(0, p[0] - 2), min(11, p[0] + 3)):
+            for x in range(p[1] - 2, min(12, p[1] + 3)):
+                parts = []
+                for dy, dx in np.ndindex(2 * patch_radius + 1, 2 * patch_radius + 1):
+                    a = p[0] + dy - patch_radius, p[1] + dx - patch_radius
+                    b = y + dy - patch_radius, x + dx - patch_radius
+                    if all(0 <= one[0] < 11 and 0 <= one[1] < 12 for one in (a, b)):
+                        excess = (image[a] - image[b]) ** 2 - variance[a] - min(variance[a], variance[b])
+                        scale = 0.6**2 * (variance[a] + variance[b])
+                        parts.append(excess / scale if scale else 0.0)
+                weight = np.exp(-max(0, np.mean(np.clip(parts, -LIMIT, LIMIT))))
+                total, norm = total + weight * image[y, x], norm + weight
+        close(engine, filtered[p], total / norm)
+
+
+@settings(max_examples=30)
+@given(
+    patch=st.integers(0, 3),
+    steps=st.integers(1, 4),
+    share=st.floats(0, 1),
+    seed=st.integers(0, 99),
+)
+def test_engines_agree_where_there_is_no_noise(patch, steps, share, seed):
+    """Values of a few steps, so that many pixels are equal; a share of them without variance."""
+    rng = np.random.default_rng(seed)
+    image = rng.integers(0, steps + 1, (15, 20, 3)) / steps
+    variance = np.where(rng.random((15, 20)) < share, 0.0, 0.02 * rng.random((15, 20)))
+    fast, plain = (nlm(image, variance, search_radius=3, patch_radius=patch, engine=engine) for engine in ENGINES)
+    np.testing.assert_allclose(fast, plain, rtol=0, atol=2e-5)
+
+
 @pytest.mark.parametrize("largest", [1.0, 1e30])
 @pytest.mark.parametrize("variance", [0.0, 1e-30, 1e30, "mixed"])
 @pytest.mark.parametrize("k", [1e-30, 1e-3, 1e3, 1e30])

@@ -23,7 +23,7 @@ def joint_nlm(
     sigma_features: Mapping[str, float],
     variances: Mapping[str, np.ndarray] | None = None,
     sigma_space: float = np.inf,
-    search_radius: int = 10,
+    search_radius: int = 5,
     patch_radius: int = 3,
     k: float = 0.6,
     weight_radius: int = 0,

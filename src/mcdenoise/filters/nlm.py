@@ -28,7 +28,7 @@ def nlm(
     image: np.ndarray,
     variance: np.ndarray | float,
     *,
-    search_radius: int = 10,
+    search_radius: int = 5,
     patch_radius: int = 3,
     k: float = 0.6,
     guide: np.ndarray | None = None,
@@ -57,7 +57,8 @@ def nlm(
     variance : of the pixels that are compared, those of `guide` or else of `image`: (h, w), the shape of that image, or
         one number; >= 0, in its unit squared. For samples take `noise_variance`. Where it is 0, only equal values are
         alike.
-    search_radius : the search window has (2 search_radius + 1)^2 pixels.
+    search_radius : the search window has (2 search_radius + 1)^2 pixels. In a rendered image those nearby are the best;
+        21 x 21, usual for photographs, did worse on four of five toy scenes.
     patch_radius : patches have (2 patch_radius + 1)^2 pixels.
     k : > 0, how many standard deviations still pass; infinity switches the comparison off.
     guide : (h, w) or (h, w, c'): compare the patches of this image instead of those of `image`.

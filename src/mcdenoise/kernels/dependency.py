@@ -10,6 +10,8 @@ import numpy as np
 
 from mcdenoise.kernels.jit import kernel
 
+ROUNDING = 1e-12  # nats, as in rpf.dependency
+
 
 def information_of_pairs(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Mutual information, in nats, of each column of x (n, a) with each of y (n, b), whole numbers: (a, b), float64.
@@ -58,7 +60,8 @@ def pair_information(found, x, y, table, x_bins, y_bins):
             for i in range(samples):
                 joint[np.int64(x[k, i]) * y_bins + y[m, i]] += 1
             both = table_sum(joint, joint.size, table)
-            found[k, m] = max(0.0, (table[samples] + both - x_sums[k] - y_sums[m]) / samples)
+            information = (table[samples] + both - x_sums[k] - y_sums[m]) / samples
+            found[k, m] = information if information > ROUNDING else 0.0
 
 
 @kernel

@@ -5,10 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from mcdenoise.kernels.jit import kernel
+from mcdenoise.kernels.planes import SMALLEST
 from mcdenoise.kernels.rows import ZERO, exp2, place
 
 LIMIT = np.float32(1e4)  # as filters.nlm.LIMIT
 NONE = np.float32(0)
+LEAST = np.float32(
+    2 * SMALLEST
+)  # the noise of two pixels without noise: they differ by nothing, and nothing is taken off
 
 
 @kernel
@@ -23,7 +27,7 @@ def compare(distance, at, length, compared, level, here, there, here_level, ther
         b = compared[here_1 + x] - compared[there_1 + x]
         c = compared[here_2 + x] - compared[there_2 + x]
         p, q = level[here_level + x], level[there_level + x]
-        ratio = (a * a + b * b + c * c - cancelled * (p + min(p, q))) / (p + q)
+        ratio = (a * a + b * b + c * c - cancelled * (p + min(p, q) - LEAST)) / (p + q)
         distance[at + x] = max(min(ratio, LIMIT), -LIMIT)
 
 
@@ -36,7 +40,7 @@ def compare_on(distance, at, length, compared, level, here, there, here_level, t
         b = compared[here_1 + x] - compared[there_1 + x]
         c = compared[here_2 + x] - compared[there_2 + x]
         p, q = level[here_level + x], level[there_level + x]
-        ratio = (distance[at + x] + a * a + b * b + c * c - cancelled * (p + min(p, q))) / (p + q)
+        ratio = (distance[at + x] + a * a + b * b + c * c - cancelled * (p + min(p, q) - LEAST)) / (p + q)
         distance[at + x] = max(min(ratio, LIMIT), -LIMIT)
 
 
