@@ -18,7 +18,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
 CONDA_NAMES = {"matplotlib": "matplotlib-base"}  # the same library without a window system
 # conda-forge has no Mitsuba, builds OpenCV under another name, and was not seen to hold the last two.
-FROM_PIP = {"mitsuba", "opencv-python-headless", "sphinx-mathjax-offline", "sphinx-revealjs"}
+FROM_PIP = {"mitsuba", "opencv-contrib-python-headless", "sphinx-mathjax-offline", "sphinx-revealjs"}
 
 
 def _split(requirement):
