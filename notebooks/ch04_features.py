@@ -275,13 +275,15 @@ figure.tight_layout()
 # Where no feature knows, only the radiance is left. One noisy pixel is a poor witness; the *patch* around it is a better one,
 # for it holds 49 pixels instead of one. NL-means compares patches, and measures their distance in units of noise:
 #
-# $$ w_{pq} = e^{-\max(0,\, d^2(p, q))}, \qquad d^2(p, q) = \frac{1}{|P|} \sum_{o \in P}
-# \frac{(u_{p+o} - u_{q+o})^2 - \big(\mathrm{Var}_{p+o} + \min(\mathrm{Var}_{p+o}, \mathrm{Var}_{q+o})\big)}
-# {k^2\, \big(\mathrm{Var}_{p+o} + \mathrm{Var}_{q+o}\big)} $$
+# $$ \begin{aligned}
+# w_{pq} &= e^{-\max(0,\, d^2(p, q))} \\
+# d^2(p, q) &= \frac{1}{|P|} \sum_{o \in P} \frac{(u_{p+o} - u_{q+o})^2 - e_o}{k^2\, (\mathrm{Var}_{p+o} + \mathrm{Var}_{q+o})} \\
+# e_o &= \mathrm{Var}_{p+o} + \min(\mathrm{Var}_{p+o}, \mathrm{Var}_{q+o})
+# \end{aligned} $$
 #
 # $P$ are the offsets of the patch, $(\ldots)^2$ is the mean over the channels. Exercise 2 says what stands behind the minus:
-# the difference that noise alone explains. (The $\min$ is for fireflies: the firefly may take from its neighbours, which have
-# little variance, but they do not take from it.)
+# $e_o$ is the difference that noise alone explains. (The $\min$ is for fireflies: the firefly may take from its neighbours,
+# which have little variance, but they do not take from it.)
 #
 # ### Exercise 4 (write): the distance of two patches
 

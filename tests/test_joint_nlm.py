@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conftest import assert_close, noise
-from mcdenoise.filters import cross_bilateral, joint_nlm, nlm
+from mcdenoise.filters import cross_bilateral, gaussian, joint_nlm, nlm
 from mcdenoise.samples import SampleBuffer, pixel_mean
 
 pytestmark = pytest.mark.ch04
@@ -40,6 +40,12 @@ def test_infinite_feature_bandwidth_is_nl_means(engine, weight_radius):
     close(engine, joint_nlm(image, 0.05, {}, sigma_features={}, **dials), expected)
     for wide in (np.inf, 1e9):
         close(engine, joint_nlm(image, 0.05, SCENE, sigma_features=dict.fromkeys(SCENE, wide), **dials), expected)
+
+
+def test_infinite_everything_is_the_mean_of_the_window(engine):
+    image, wide = noise(13, 18, 3), dict.fromkeys(SCENE, np.inf)
+    expected = gaussian(image, sigma_space=np.inf, radius=4, engine=engine)
+    close(engine, joint_nlm(image, 0.1, SCENE, sigma_features=wide, k=np.inf, search_radius=4, engine=engine), expected)
 
 
 def test_weights_are_products(engine):
