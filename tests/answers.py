@@ -26,3 +26,16 @@ def picture(name):
     """The picture that `check` shows for the reference: yours and target."""
     (draw,) = EXERCISES[name].pictures
     return draw(as_impl(name, reference(name)))
+
+
+def assert_earns_every_point(name, answer):
+    """A right answer fails neither a public nor a hidden test."""
+    assert failures(name, answer, hidden=False) == failures(name, answer, hidden=True) == []
+
+
+def assert_mistake_is_named(name, mistake, answer, words):
+    """A typical mistake fails a public test, in words that help."""
+    messages = failures(name, answer, hidden=False)
+    assert messages, f"no public test notices: {mistake}"
+    assert words in " ".join(messages), f"{mistake}: {messages}"
+    assert not any("Traceback" in message for message in messages)

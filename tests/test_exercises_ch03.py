@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from answers import failures, picture
+from answers import assert_earns_every_point, assert_mistake_is_named, failures, picture
 from mcdenoise.filters.bilateral import bilateral_sums
 
 pytestmark = pytest.mark.ch03
@@ -279,19 +279,16 @@ RIGHT = {
 
 @pytest.mark.parametrize("exercise", RIGHT)
 def test_a_right_answer_earns_every_point(exercise):
-    assert failures(exercise, RIGHT[exercise], hidden=False) == failures(exercise, RIGHT[exercise], hidden=True) == []
+    assert_earns_every_point(exercise, RIGHT[exercise])
 
 
 def test_slow_loops_of_a_student_are_right_too():
-    assert failures("bilateral_sums", sums, hidden=False) == failures("bilateral_sums", sums, hidden=True) == []
+    assert_earns_every_point("bilateral_sums", sums)
 
 
 @pytest.mark.parametrize(("exercise", "mistake", "answer", "words"), WRONG, ids=[f"{e}: {m}" for e, m, *_ in WRONG])
 def test_a_public_test_names_the_mistake(exercise, mistake, answer, words):
-    messages = failures(exercise, answer, hidden=False)
-    assert messages, f"no public test notices: {mistake}"
-    assert words in " ".join(messages), f"{mistake}: {messages}"
-    assert not any("Traceback" in message for message in messages)
+    assert_mistake_is_named(exercise, mistake, answer, words)
 
 
 def test_the_hidden_tests_find_what_the_public_ones_let_through():

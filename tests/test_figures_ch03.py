@@ -1,9 +1,5 @@
 """The figures of chapter 03: what they claim holds, and what is stored is what the page shows."""
 
-import json
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -16,25 +12,17 @@ from mcdenoise.study.figures import _ch03_museum as museum
 from mcdenoise.study.figures import _ch03_toys as toys
 from mcdenoise.study.figures.__main__ import rounded
 from mcdenoise.study.figures.ch03 import FIGURES
+from stored_figures import (
+    assert_quoted_numbers_exist,
+    assert_same_numbers,
+    assert_stored_shown_and_small,
+    stored_numbers,
+)
 
 pytestmark = pytest.mark.ch03
 
-ROOT = Path(__file__).resolve().parents[1]
-FOLDER = ROOT / "lectures" / "figures"
-PAGE = (ROOT / "lectures" / "ch03_bilateral.md").read_text("utf-8")
-STORED = json.loads((FOLDER / "ch03.json").read_text("utf-8"))
+STORED = stored_numbers("ch03")
 CHEAP = ("kernels", "weights", "halo", "outlier")
-
-
-def assert_same_numbers(made, stored):
-    if isinstance(stored, dict):
-        assert made.keys() == stored.keys()
-        for name in stored:
-            assert_same_numbers(made[name], stored[name])
-    elif isinstance(stored, str):
-        assert made == stored
-    else:
-        np.testing.assert_allclose(made, stored, rtol=2e-3, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", CHEAP)
@@ -43,20 +31,11 @@ def test_stored_numbers_are_those_of_the_code(name):
 
 
 def test_every_figure_is_stored_shown_and_small():
-    assert STORED.keys() == FIGURES.keys()
-    for name in FIGURES:
-        (path,) = FOLDER.glob(f"ch03_{name}.*")
-        assert f"figures/{path.name}" in PAGE, f"{path.name} is on no page"
-        assert path.stat().st_size < (600_000 if path.suffix == ".html" else 200_000), path.name
+    assert_stored_shown_and_small("ch03", FIGURES)
 
 
 def test_the_page_quotes_numbers_that_exist():
-    jinja2 = pytest.importorskip("jinja2")
-    environment = jinja2.Environment(undefined=jinja2.StrictUndefined)
-    quoted = re.findall(r"\{\{.*?\}\}", PAGE, re.DOTALL)
-    assert len(quoted) > 30
-    for one in quoted:
-        assert environment.from_string(one).render(ch03=STORED).strip()
+    assert_quoted_numbers_exist("ch03", at_least=30)
 
 
 def test_both_limits():
