@@ -1,7 +1,7 @@
 """The fast twin of NL-means and of its joint form with features: how everything is laid out for `nlm_blocks`.
 
-The image has its columns at `margin` in padded planes, and every row loop runs over the same `length` columns. A plane
-of ones, padded with zeros, is averaged along with the colour: its sum is norm, and what lies outside adds nothing.
+The image has its columns at `margin` in padded planes; the margins leave room for every offset and every box. A plane of
+ones, padded with zeros, is averaged along with the colour: its sum is norm, and what lies outside adds nothing.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def _sums(
         min(radius, side - 1) for radius in (search_radius, patch_radius, weight_radius) for side in (height, width)
     ]
     length = -(-width // COLUMN_STEP) * COLUMN_STEP
-    margin = reach[1] + GROUP  # taps go three at a time, and their number may be none of 3
+    margin = max(reach[1] + GROUP, reach[3], reach[5])  # taps go three at a time, and their number may be none of 3
     size = (height, length + 2 * margin, margin)
     inside = np.s_[..., margin : margin + width]
 
@@ -85,8 +85,8 @@ def _sums(
     exponent = space_exponent(sigma_space, *reach[:2])
     joint = len(plain) + len(noisy) > 0 or sigma_space < math.inf
     counts = channels + 1, len(compared), len(plain), len(noisy)
-    sizes = Sizes(height, width, length, margin, *counts, *reach, int(joint))
-    total = np.zeros((channels + 1, height, length), np.float32)
+    sizes = Sizes(height, width, size[1], margin, length, *counts, *reach, int(joint))
+    total = padded_planes(channels + 1, size)
     sum_blocks(
         total.ravel(),
         Planes(*(planes.ravel() for planes in (colour, compared, level, plain, noisy, spread))),
@@ -95,7 +95,7 @@ def _sums(
         np.float32(cancelled),
         sizes,
     )
-    return np.moveaxis(total[:-1, :, :width], 0, -1), total[-1, :, :width]
+    return np.moveaxis(total[:-1][inside], 0, -1), total[-1][inside]
 
 
 def _patch_planes(
