@@ -149,8 +149,8 @@ def _image_and_variance(samples: SampleBuffer) -> dict[str, Any]:
 
 
 def _everything(samples: SampleBuffer) -> dict[str, Any]:
-    found = {**_image_and_variance(samples), **_image_and_prefiltered(samples)}
-    return found | {"albedo": found["features"].get("albedo")}
+    found = _image_and_prefiltered(samples)
+    return found | {"variance": noise_variance(samples.radiance), "albedo": found["features"].get("albedo")}
 
 
 METHODS = {
