@@ -22,6 +22,7 @@ from mcdenoise.filters import (
 )
 from mcdenoise.metrics import mse, psnr, relmse, relmse_map, squared_error_map, ssim
 from mcdenoise.render import capture, read_exr, render_image, render_reference, scene_names, write_exr
+from mcdenoise.rpf import Dependency, dependency, dependency_of, mutual_information
 from mcdenoise.samples import (
     SampleBuffer,
     half_means,
@@ -32,16 +33,20 @@ from mcdenoise.samples import (
 )
 
 __all__ = [
+    "Dependency",
     "SampleBuffer",
     "bilateral",
     "capture",
     "check",
     "cross_bilateral",
+    "dependency",
+    "dependency_of",
     "gaussian",
     "half_means",
     "joint_nlm",
     "load_samples",
     "mse",
+    "mutual_information",
     "nlm",
     "noise_variance",
     "pixel_mean",
