@@ -23,6 +23,7 @@ from mcdenoise.samples.gate import (
 
 ROUNDING = 1e-12  # nats; less is what is left of sums that cancel
 LARGEST_LEVELS = 255  # bins a variable; 9 to 11 are the rule
+CONSTANT = 1e-6  # of the largest absolute value; rounding a coordinate to float32 leaves about 1e-7 of it
 
 
 def mutual_information(x: object, y: object, *, levels: int | None = None, base: float = np.e) -> float:
@@ -42,7 +43,7 @@ def mutual_information(x: object, y: object, *, levels: int | None = None, base:
 
     Returns
     -------
-    A number >= 0; 0 if either variable is constant, and for a single sample.
+    A number >= 0; 0 if either variable is constant (but for rounding, see `quantise`), and for a single sample.
 
     Raises
     ------
@@ -76,7 +77,9 @@ def quantise(values: np.ndarray, levels: int | None = None) -> np.ndarray:
 
     Parameters
     ----------
-    values : (n,) or (n, k), each column by itself. A constant column becomes 0.
+    values : (n,) or (n, k), each column by itself. A constant column becomes 0. Constant is a column whose standard
+        deviation is below 1e-6 of its largest absolute value: less is what rounding to float32 leaves of one coordinate
+        of a flat wall.
     levels : an odd number: clamp to -(levels - 1) / 2 .. (levels - 1) / 2. None: to +-127.
 
     Raises
@@ -88,17 +91,19 @@ def quantise(values: np.ndarray, levels: int | None = None) -> np.ndarray:
     --------
     >>> quantise(np.array([0.0, 0.0, 1.0, 5.0, -5.0]))
     array([ 0,  0,  0,  2, -2])
+    >>> quantise(np.array([3.0, 3.0, 3.0000002]))
+    array([0, 0, 0])
     """
     half = (LARGEST_LEVELS if levels is None else check_count(levels, "levels")) // 2
     if levels is not None and (levels % 2 == 0 or levels > LARGEST_LEVELS):
         raise ValueError(f"levels must be an odd number up to {LARGEST_LEVELS}, so that 0 is one, got {levels}.")
-    values = np.asarray(values, np.float64)
-    varies = np.ptp(values, axis=0) > 0
-    largest = np.where(varies, np.abs(values).max(axis=0), 1.0)  # so that no square overflows
-    centred = values / largest - (values / largest).mean(axis=0)
-    deviation = np.where(varies, centred.std(axis=0), 1.0)
-    steps = np.where(varies & (deviation > 0), centred / np.where(deviation > 0, deviation, 1.0), 0.0)
-    return np.clip(np.rint(steps), -half, half).astype(np.int64)
+    rows = np.array(np.transpose(values), np.float64, order="C")  # a column is a row now, and lies together in memory
+    largest = np.abs(rows).max(axis=-1, keepdims=True)
+    rows /= np.where(largest > 0, largest, 1.0)  # so that no square overflows
+    rows -= rows.mean(axis=-1, keepdims=True)
+    deviation = np.sqrt(np.square(rows).mean(axis=-1, keepdims=True))
+    rows /= np.where(deviation < CONSTANT, np.inf, deviation)
+    return np.clip(np.rint(rows, out=rows), -half, half, out=rows).astype(np.int64).T
 
 
 def information_of_levels(x: np.ndarray, y: np.ndarray) -> float:
@@ -239,7 +244,8 @@ def dependency(
         if arrays[name].shape[1] != columns:
             raise ValueError(f"{name} must have shape (n, {columns}), got {arrays[name].shape}.")
     _check_pairs(arrays)
-    p, r, f, c = (quantise(array, levels) for array in arrays.values())
+    together = quantise(np.concatenate(list(arrays.values()), axis=1), levels)
+    p, r, f, c = np.split(together, np.cumsum([array.shape[1] for array in arrays.values()])[:-1], axis=1)
     if check_choice(engine, ENGINES, "engine") == "numpy":
         pairs = information_of_pairs
     else:
