@@ -299,6 +299,7 @@ check("dependency_shares")
 
 # %% [markdown]
 # The two boxes again, with all their pairs. `mcd.dependency_of` measures them as you do, faster, and holds the five tables.
+# What float rounding alone makes vary it takes for constant.
 
 # %%
 figure, grid = plt.subplots(1, 2, figsize=(11, 3.4), layout="constrained")

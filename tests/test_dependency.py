@@ -115,6 +115,50 @@ def test_levels_are_steps_of_one_deviation():
     np.testing.assert_array_equal(quantise(columns), np.stack([quantise(x)] * 3, axis=1))
 
 
+def test_each_column_is_cut_as_if_it_were_alone():
+    """Rows, columns, strides and float32 make no difference, and the input stays as it was."""
+    values = np.random.default_rng(1).gamma(0.5, 1.0, (300, 8)).astype(np.float32)
+    before = values.copy()
+    for view in (values, np.asfortranarray(values), values[::2, ::3], values[::-1]):
+        alone = [quantise(column) for column in view.T]
+        np.testing.assert_array_equal(quantise(view), np.stack(alone, axis=1))
+        spread = view.std(axis=0, dtype=np.float64)
+        expected = np.rint((view - view.mean(axis=0, dtype=np.float64)) / spread)
+        np.testing.assert_array_equal(quantise(view), expected)
+    np.testing.assert_array_equal(values, before)
+    assert quantise(values[:, :0]).shape == (300, 0)
+
+
+@pytest.mark.parametrize("distance", [0.3, 1.0, -7.0, 1000.0])
+def test_rounding_of_a_flat_wall_is_no_variable(engine, distance):
+    """World positions in float32 on the wall y = distance: y varies by its last bit alone."""
+    rng = np.random.default_rng(3)
+    position, random_params, radiance = rng.random((968, 2)), rng.random((968, 2)), rng.random((968, 3))
+    wall = np.stack([position[:, 0], np.full(968, distance), position[:, 1]], axis=1).astype(np.float32)
+    wall[:, 1] += np.spacing(wall[:, 1]) * rng.integers(-1, 2, 968).astype(np.float32)
+    assert len(np.unique(wall[:, 1])) == 3
+    found = dependency(position, random_params, wall, radiance, engine=engine)
+    assert not quantise(wall)[:, 1].any()
+    assert not np.hstack([found.f_r, found.f_p])[1].any()
+    assert found.share_f_r[1] == found.share_c_f[1] == 0
+    assert found.f_p[[0, 2], [0, 1]].min() > 1
+    centred = wall - wall.mean(axis=0, dtype=np.float64)  # nothing to compare the last bits with
+    assert dependency(position, random_params, centred, radiance, engine=engine).share_f_r[1] > 0.2
+
+
+@pytest.mark.parametrize(("unit", "offset"), [(1e-6, 0.0), (1e-30, 0.0), (1e-6, 0.01), (1e-2, -1000.0)])
+def test_a_tiny_variation_that_is_no_rounding_counts(unit, offset):
+    noise = np.random.default_rng(4).normal(size=500)
+    np.testing.assert_array_equal(quantise(offset + unit * noise), quantise(noise))
+
+
+@pytest.mark.parametrize("value", [1.0, -250.0, 1e-20])
+def test_what_is_constant_is_decided_at_a_millionth(value):
+    sign = np.tile([1.0, -1.0], 50)
+    assert not quantise(value * (1 + 0.99e-6 * sign)).any()
+    np.testing.assert_array_equal(quantise(value * (1 + 1.01e-6 * sign)), sign * np.sign(value))
+
+
 @pytest.mark.parametrize("sizes", [(1, 3, 4), (2, 0, 0), (50, 0, 4), (50, 3, 0), (400, 5, 18)])
 @pytest.mark.parametrize("levels", [None, 5])
 def test_engines_agree(sizes, levels):

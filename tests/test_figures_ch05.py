@@ -195,10 +195,16 @@ def test_one_bright_sample_hides_the_light():
     assert bright["with"]["deviation"] > 15 * bright["without"]["deviation"]
 
 
-def test_rounding_is_taken_for_a_variable():
+def test_rounding_would_be_taken_for_a_variable():
     wall = STORED["fails"]["wall"]
     assert wall["deviations"][1] < 1e-5 * wall["deviations"][0]
-    assert wall["shares"][1] == pytest.approx(0.5, abs=0.1)
+    assert wall["rounding_counted"][1] == pytest.approx(0.5, abs=0.1)
+    assert wall["shares"][1] == 0
+    for k in (0, 2):
+        assert wall["shares"][k] == pytest.approx(wall["rounding_counted"][k], rel=1e-2)
+
+
+def test_a_wide_box_drowns_a_narrow_penumbra():
     penumbra = STORED["fails"]["penumbra"]
     assert penumbra["sides"][1] == 5
     assert penumbra["sides"][3] == 11

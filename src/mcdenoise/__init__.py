@@ -22,7 +22,18 @@ from mcdenoise.filters import (
 )
 from mcdenoise.metrics import mse, psnr, relmse, relmse_map, squared_error_map, ssim
 from mcdenoise.render import capture, read_exr, render_image, render_reference, scene_names, write_exr
-from mcdenoise.rpf import Dependency, dependency, dependency_of, mutual_information
+from mcdenoise.rpf import (
+    Dependency,
+    Neighbourhood,
+    RPFAnalysis,
+    RPFConfig,
+    dependency,
+    dependency_of,
+    mutual_information,
+    rpf,
+    rpf_analysis,
+    rpf_neighbourhood,
+)
 from mcdenoise.samples import (
     SampleBuffer,
     half_means,
@@ -34,6 +45,9 @@ from mcdenoise.samples import (
 
 __all__ = [
     "Dependency",
+    "Neighbourhood",
+    "RPFAnalysis",
+    "RPFConfig",
     "SampleBuffer",
     "bilateral",
     "capture",
@@ -57,6 +71,9 @@ __all__ = [
     "relmse_map",
     "render_image",
     "render_reference",
+    "rpf",
+    "rpf_analysis",
+    "rpf_neighbourhood",
     "safe_albedo",
     "sample_variance",
     "scene_names",

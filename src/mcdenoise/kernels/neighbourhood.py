@@ -48,10 +48,10 @@ def pixel_statistics(records, at, columns, n_f, spp, mean, deviation):
 @kernel
 def is_like(records, at, n_f, mean, reach):
     """True if every feature of the record at `at` is within `reach` of the mean."""
-    for k in range(ZERO, n_f):
-        if abs(np.float64(records[at + k]) - mean[k]) > reach[k]:
-            return False
-    return True
+    k = ZERO
+    while k < n_f and abs(np.float64(records[at + k]) - mean[k]) <= reach[k]:
+        k += place(1)
+    return k == n_f
 
 
 @kernel

@@ -5,20 +5,41 @@ from __future__ import annotations
 import numpy as np
 
 
-def blend_sums(
-    standardised: np.ndarray, factors: np.ndarray, radiance: np.ndarray, spp: int, space: np.ndarray | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Sums over the neighbourhood for each of the pixel's samples, apart: w c and w.
+def pair_weights(
+    standardised: np.ndarray, factors: np.ndarray, spp: int, space: np.ndarray | None = None
+) -> np.ndarray:
+    """Weights of each of the pixel's samples with every sample of the neighbourhood, itself included.
 
     w_ij = exp(-sum over k of factor_k (x_ik - x_jk)^2), times the spatial factor where every sample of a box is taken.
 
     Parameters
     ----------
     standardised : (n, k), features and radiance of all samples, those of the pixel first.
-    factors : (k,), alpha and beta over twice their sigma squared.
-    radiance : (n, 3), what is blended.
+    factors : (k,), beta and alpha over twice their sigma squared.
     spp : how many samples the pixel has.
     space : (spp, n), factors of screen distance; None: 1.
+
+    Returns
+    -------
+    (spp, n)
+
+    Examples
+    --------
+    Two alike, and one far away:
+
+    >>> pair_weights(np.array([[0.0], [0.0], [9.0]]), np.ones(1), spp=1).round(6)
+    array([[1., 1., 0.]])
+    """
+    ### BEGIN SOLUTION
+    weights = np.empty((spp, len(standardised)))
+    for i in range(spp):
+        weights[i] = np.exp(-((standardised - standardised[i]) ** 2) @ factors)
+    return weights if space is None else weights * space
+    ### END SOLUTION
+
+
+def blend_sums(weights: np.ndarray, radiance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sums over the neighbourhood for each of the pixel's samples, apart.
 
     Returns
     -------
@@ -26,20 +47,10 @@ def blend_sums(
 
     Examples
     --------
-    Two alike, and one far away:
-
-    >>> total, norm = blend_sums(np.array([[0.0], [0.0], [9.0]]), np.ones(1), np.eye(3), spp=1)
-    >>> total, norm
-    (array([[1.00000000e+00, 1.00000000e+00, 6.63967720e-36]]), array([2.]))
+    >>> blend_sums(np.array([[1.0, 0.5]]), np.array([[1.0, 1.0, 1.0], [4.0, 4.0, 4.0]]))
+    (array([[3., 3., 3.]]), array([1.5]))
     """
-    ### BEGIN SOLUTION
-    total, norm = np.zeros((spp, 3)), np.zeros(spp)
-    for i in range(spp):
-        distance = ((standardised - standardised[i]) ** 2) @ factors
-        weight = np.exp(-distance) * (1 if space is None else space[i])
-        total[i], norm[i] = weight @ radiance, weight.sum()
-    return total, norm
-    ### END SOLUTION
+    return weights @ radiance, weights.sum(axis=1)
 
 
 def remove_spikes(blended: np.ndarray, spikes: str, limit: float = 1.0) -> np.ndarray:

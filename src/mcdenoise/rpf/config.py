@@ -115,7 +115,8 @@ class RPFConfig:
     def technical_report(cls, *, noisy: bool = True, **changes: Any) -> RPFConfig:
         """Return the constants of Sen and Darabi's technical report EECE-TR-11-0004.
 
-        `noisy` chooses sigma_8^2 = 0.02, for noisy (path-traced) scenes, or 0.002, for all others. Published M: sample_fraction=0.5.
+        `noisy` chooses sigma_8^2 = 0.02, for noisy (path-traced) scenes, or 0.002, for all others. The published M is
+        sample_fraction=0.5.
         """
         preset = {
             "sigma_8_squared": NOISY if noisy else SMOOTH,

@@ -10,7 +10,7 @@ import numpy as np
 from tqdm import tqdm
 
 from mcdenoise.filters import noise_variance
-from mcdenoise.rpf.blend import blend_sums, remove_spikes
+from mcdenoise.rpf.blend import blend_sums, pair_weights, remove_spikes
 from mcdenoise.rpf.config import SPIKES, RPFConfig
 from mcdenoise.rpf.dependency import Dependency, information_of_pairs, quantise
 from mcdenoise.rpf.draws import first_entries, offset_table
@@ -78,7 +78,7 @@ def rpf(
     passes = _numba_pass if check_choice(engine, ENGINES, "engine") == "numba" else _numpy_pass
     radiance = job.radiance
     rows = len(job.config.turns) * samples.height
-    with tqdm(total=rows, desc="RPF", unit="row", disable=_quiet(progress), delay=2, leave=False) as bar:
+    with tqdm(total=rows, desc="RPF", unit="row", disable=quiet(progress), delay=2, leave=False) as bar:
         for turn in job.config.turns:
             bar.set_postfix_str(f"pass {turn + 1}, box {job.config.boxes[turn]}")
             radiance = passes(job, turn, radiance, bar.update)
@@ -133,7 +133,7 @@ def prepare(samples: SampleBuffer, config: RPFConfig | None, seed: int) -> Job:
                 gains[field.columns] = gain
     radiance = np.minimum(samples.radiance, np.float32(config.radiance_cap))
     if config.noise_gain:
-        noise = np.concatenate([noise_variance(block) for block in (samples.features, radiance)], axis=-1) * samples.spp
+        noise = noise_variance(np.concatenate([samples.features, radiance], axis=-1)) * samples.spp
     else:
         noise = np.zeros((*samples.radiance.shape[:2], len(gains) + 3), np.float32)
     return Job(samples, config, seed, radiance, noise, feature_limits(samples), gains)
@@ -162,6 +162,10 @@ class Pixel:
     def places(self) -> tuple[np.ndarray, ...]:
         """Index of the accepted samples into arrays (h, w, spp, ...)."""
         return tuple(self.chosen[self.accepted].T)
+
+    def pair_weights(self, spp: int) -> np.ndarray:
+        """w_ij of each of the pixel's samples with each accepted sample, (spp, accepted)."""
+        return pair_weights(self.standardised, self.factors, spp, self.space)
 
 
 def look(job: Job, pixel: tuple[int, int], turn: int) -> Pixel:
@@ -209,7 +213,7 @@ def _numpy_pass(job: Job, turn: int, radiance: np.ndarray, done: Callable[[int],
     for y in range(job.samples.height):
         for x in range(job.samples.width):
             pixel = look(job, (y, x), turn)
-            total, norm = blend_sums(pixel.standardised, pixel.factors, radiance[pixel.places], spp, pixel.space)
+            total, norm = blend_sums(pixel.pair_weights(spp), radiance[pixel.places])
             blended[y, x] = remove_spikes(total / norm[:, np.newaxis], job.config.spikes, job.config.spike_limit)
         done(1)
     return blended
@@ -262,6 +266,6 @@ def run_kernel(
     return filter_image(*arrays, sizes, dials, done, maps)
 
 
-def _quiet(progress: bool | None) -> bool | None:
+def quiet(progress: bool | None) -> bool | None:
     """What tqdm calls `disable`: None is a terminal's choice."""
     return None if progress is None else not progress

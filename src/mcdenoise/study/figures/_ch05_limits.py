@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mcdenoise.kernels.dependency import information_of_pairs as compiled_pairs
-from mcdenoise.rpf import dependency_of, mutual_information
+from mcdenoise.rpf import dependency, dependency_of, mutual_information
 from mcdenoise.rpf.dependency import information_of_pairs, quantise
 from mcdenoise.samples import SampleBuffer
 from mcdenoise.study.figures._ch05_data import (
@@ -78,17 +78,8 @@ def fails() -> tuple[Figure, dict]:
     left, middle, right = figure.subplots(1, 3)
     bright = one_bright_sample()
     _bright_bars(left, bright)
-    box = neighbourhood(*WALL)
-    found, world = dependency_of(box), box["world_position"].reshape(-1, 3).astype(float)
-    shares = found.share_f_r[:3]
-    middle.bar_label(middle.bar(range(3), shares, color=(POSITION, RANDOM, POSITION)), fmt="%.2f")
-    middle.axhline(0.5, color="#888888", linestyle="--")
-    middle.set_xticks(
-        range(3), [f"{axis}\n{deviation:.0e}" for axis, deviation in zip("xyz", world.std(axis=0), strict=True)]
-    )
-    middle.set(ylim=(0, 1), ylabel="W$_{f,k}^r$", xlabel="standard deviation (scene units)")
-    middle.set_title("world position on a flat wall", fontsize=10)
-    numbers = {"bright": bright, "wall": {"shares": shares, "deviations": world.std(axis=0)}}
+    numbers = {"bright": bright, "wall": flat_wall()}
+    _wall_bars(middle, numbers["wall"])
     numbers["penumbra"] = {"sides": SIDES}
     for (name, where), marker in zip(SHADOWS.items(), "os", strict=True):
         values = [dependency_of(neighbourhood(*where, side)).share_c_r.mean() for side in SIDES]
@@ -98,6 +89,37 @@ def fails() -> tuple[Figure, dict]:
     right.set_title("soft_shadow", fontsize=10)
     right.legend(frameon=False, fontsize=9)
     return figure, numbers
+
+
+def flat_wall() -> dict[str, np.ndarray]:
+    """W_{f,k}^r of the world position on a wall, and the same if float rounding counts as a variable."""
+    box = neighbourhood(*WALL)
+    p, r, f, c = blocks_of(box)
+    columns = feature_columns(WALL[0], "world_position")
+    world = f[:, columns].astype(float)
+    centred = dependency(p, r, world - world.mean(axis=0), c)  # nothing left to compare the last bits with
+    return {
+        "shares": dependency_of(box).share_f_r[columns],
+        "rounding_counted": centred.share_f_r,
+        "deviations": world.std(axis=0),
+    }
+
+
+def _wall_bars(axes: Axes, wall: dict) -> None:
+    """Bars of W for x, y, z on the wall; grey: with rounding as a variable."""
+    names = [f"{axis}\n{deviation:.0e}" for axis, deviation in zip("xyz", wall["deviations"], strict=True)]
+    for shift, (kind, colour, label) in enumerate(
+        (
+            ("rounding_counted", CHANCE, "rounding taken for a variable"),
+            ("shares", POSITION, "rounding taken for constant"),
+        )
+    ):
+        bars = axes.bar(np.arange(3) + 0.4 * (shift - 0.5), wall[kind], 0.38, color=colour, label=label)
+        axes.bar_label(bars, fmt="%.2f", fontsize=8.5)
+    axes.set_xticks(range(3), names)
+    axes.set(ylim=(0, 1), ylabel="W$_{f,k}^r$", xlabel="standard deviation (scene units)")
+    axes.set_title("world position on a flat wall", fontsize=10)
+    axes.legend(frameon=False, fontsize=9, loc="upper left")
 
 
 def _bright_bars(axes: Axes, bright: dict) -> None:
@@ -140,13 +162,20 @@ def amount() -> tuple[Figure, dict]:
     }
 
 
-def levels_of(box: SampleBuffer) -> tuple[np.ndarray, ...]:
-    """Levels of position, random parameters, features and radiance of a box."""
+def blocks_of(box: SampleBuffer) -> list[np.ndarray]:
+    """Position, random parameters, features and radiance of a box, (n, k) each."""
     blocks = (box.screen_position, box.random_params, box.features, box.radiance)
-    return tuple(quantise(block.reshape(-1, block.shape[-1])) for block in blocks)
+    return [block.reshape(-1, block.shape[-1]) for block in blocks]
 
 
-def all_pairs(pairs: Callable, levels: tuple[np.ndarray, ...]) -> int:
+def levels_of(box: SampleBuffer) -> list[np.ndarray]:
+    """Levels of position, random parameters, features and radiance of a box, cut at one go as `dependency` does it."""
+    blocks = blocks_of(box)
+    ends = np.cumsum([block.shape[1] for block in blocks[:-1]])
+    return np.split(quantise(np.concatenate(blocks, axis=1)), ends, axis=1)
+
+
+def all_pairs(pairs: Callable, levels: list[np.ndarray]) -> int:
     """Everything that `dependency` needs; returns the number of pairs."""
     p, r, f, c = levels
     return sum(pairs(x, y).size for x, y in ((c, r), (c, p), (c, f), (f, r), (f, p)))
