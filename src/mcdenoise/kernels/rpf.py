@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import prange
 
-from mcdenoise.kernels.bits import n_log_n, pair_information, set_rows
+from mcdenoise.kernels.dependency import n_log_n, pair_information, set_rows
 from mcdenoise.kernels.jit import kernel
 from mcdenoise.kernels.neighbourhood import (
     draw_samples,

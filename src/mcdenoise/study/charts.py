@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import cycle, groupby, pairwise, zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -13,15 +15,17 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from mcdenoise.samples.storage import write_beside
-from mcdenoise.study.compare import Comparison, Result
+from mcdenoise.study.compare import REPEATS, Comparison, Result
 from mcdenoise.study.display import error_colours, error_scale, tone_map
 
-# Paul Tol's "bright" scheme: distinguishable with any colour vision.
-COLOURS = ("#4477AA", "#EE6677", "#228833", "#AA3377", "#66CCEE", "#CCBB44")
-MARKERS = ("o", "s", "^", "D", "v", "P")
+# Paul Tol's "bright" scheme, then two of his "vibrant" and "muted": distinguishable with any colour vision.
+COLOURS = ("#4477AA", "#EE6677", "#228833", "#AA3377", "#66CCEE", "#CCBB44", "#EE7733", "#332288")
+MARKERS = ("o", "s", "^", "D", "v", "P", "*", "X")
 GREY = "#777777"
 CROP_COLOURS = ("#FFD700", "#00E5FF")
 SMALLEST_ERROR = 1e-9  # where a logarithmic axis needs a number for 0
+Point = tuple[float, float, str, str]  # seconds, relMSE, label, colour
+Line = list[tuple[float, float]]
 CROP_SHARE = 4  # a crop is a quarter of the image's side
 
 
@@ -69,34 +73,27 @@ def _chart_whole(axes: Axes, comparison: Comparison) -> None:
         label="Monte Carlo, error proportional to 1/N",
     )
     front = comparison.front()
-    axes.step(
-        [result.seconds for result in front],
-        [result.relmse for result in front],
-        where="post",
-        color="black",
-        linewidth=1,
-        label="Pareto front",
-    )
+    places = [(result.seconds, result.relmse) for result in front]
+    corners = [(after[0], before[1]) for before, after in pairwise(places)]
+    stairs = [place for pair in zip_longest(places, corners) for place in pair if place]
+    axes.plot(*zip(*stairs, strict=True), color="black", linewidth=1, label="Pareto front")
     for result in (unfiltered, *comparison.rivals):
         axes.plot(result.seconds, result.relmse, "o", color=GREY, markersize=5)
-    for result, colour, marker in _styled(comparison.filters):
-        axes.plot(result.seconds, result.relmse, marker, color=colour, markersize=9)
     points = [(r.seconds, r.relmse, r.label, GREY) for r in (unfiltered, *comparison.rivals)]
-    points += [(r.seconds, r.relmse, r.label, colour) for r, colour, _ in _styled(comparison.filters)]
+    found, lines = _draw_filters(axes, comparison.filters, lambda result: result.seconds)
+    points += found
     _log_axes(axes, points)
     axes.set(title="Rendering + filtering", xlabel="seconds", ylabel="relMSE (lower is better)")
     axes.legend(loc="upper right", frameon=False)
-    _label_points(axes, points)
+    _label_points(axes, points, [*lines, stairs])
 
 
 def _chart_filters(axes: Axes, comparison: Comparison) -> None:
     """The filters' own seconds."""
-    styled = _styled(comparison.filters)
-    for result, colour, marker in styled:
-        axes.plot(result.filter_seconds, result.relmse, marker, color=colour, markersize=9)
-    points = [(r.filter_seconds, r.relmse, r.label, colour) for r, colour, _ in styled]
+    points, lines = _draw_filters(axes, comparison.filters, lambda result: result.filter_seconds)
     _log_axes(axes, points)
-    axes.axhline(comparison.unfiltered.relmse, linestyle="--", color=GREY)
+    level = [(seconds, comparison.unfiltered.relmse) for seconds in axes.get_xlim()]
+    axes.plot(*zip(*level, strict=True), "--", color=GREY)
     axes.annotate(
         f"unfiltered, {comparison.spp} spp",
         (0.02, comparison.unfiltered.relmse),
@@ -106,11 +103,34 @@ def _chart_filters(axes: Axes, comparison: Comparison) -> None:
         color=GREY,
         fontsize=9,
     )
-    axes.set(title="Filtering alone (median of 5)", xlabel="seconds")
-    _label_points(axes, points)
+    axes.set(title=f"Filtering alone (median of {REPEATS} runs, fewer where slow)", xlabel="seconds")
+    _label_points(axes, points, [*lines, level])
 
 
-def _log_axes(axes: Axes, points: list[tuple[float, float, str, str]]) -> None:
+def _draw_filters(
+    axes: Axes, results: tuple[Result, ...], seconds: Callable[[Result], float]
+) -> tuple[list[Point], list[Line]]:
+    """Draw a point a result, the points of one method joined; return the points, and the lines.
+
+    The last point of a curve has the name of the method, the others only what is theirs.
+    """
+    points, lines = [], []
+    for (colour, marker), curve in zip(cycle(zip(COLOURS, MARKERS, strict=True)), _curves(results), strict=False):
+        places = [(seconds(result), max(result.relmse, SMALLEST_ERROR)) for result in curve]
+        axes.plot(*zip(*places, strict=True), "-", color=colour, linewidth=1)
+        lines.append(places)
+        for result, place in zip(curve, places, strict=True):
+            axes.plot(*place, marker, color=colour, markersize=9)
+            points.append((*place, result.label if result is curve[-1] else result.point, colour))
+    return points, lines
+
+
+def _curves(results: tuple[Result, ...]) -> list[list[Result]]:
+    """Results that belong together, in their order: the variants of one method, or one alone."""
+    return [list(group) for _, group in groupby(results, key=lambda result: result.curve or result.name)]
+
+
+def _log_axes(axes: Axes, points: list[Point]) -> None:
     """Logarithmic axes with room around the points for their labels, and plain numbers at 1, 2, 5."""
     seconds = [point[0] for point in points] or [1e-3]
     axes.set(xscale="log", xlim=(min(seconds) / 1.6, max(seconds) * 1.6))
@@ -122,7 +142,7 @@ def _log_axes(axes: Axes, points: list[tuple[float, float, str, str]]) -> None:
     axes.set_axisbelow(True)
 
 
-def _label_points(axes: Axes, points: list[tuple[float, float, str, str]]) -> None:
+def _label_points(axes: Axes, points: list[Point], lines: list[Line]) -> None:
     """Write each point's label where it covers least: beside the point if there is room, else farther off with a leader."""
     extent, dots = axes.get_window_extent(), 72 / axes.figure.dpi
     corner, size = np.array([extent.x0, extent.y0]) * dots, np.array([extent.width, extent.height]) * dots
@@ -130,6 +150,8 @@ def _label_points(axes: Axes, points: list[tuple[float, float, str, str]]) -> No
         axes.transData.transform((seconds, max(error, SMALLEST_ERROR))) * dots - corner for seconds, error, *_ in points
     ]
     taken = [(*(place - 5), *(place + 5)) for place in places]
+    for line in lines:
+        taken += _boxes_along(axes.transData.transform(line) * dots - corner)
     for place, (seconds, error, label, colour) in sorted(zip(places, points, strict=True), key=lambda one: -one[1][1]):
         box, reach = min(_label_boxes(place, label), key=lambda one: _covered(one[0], taken, size) + 0.3 * one[1])
         taken.append(box)
@@ -144,6 +166,21 @@ def _label_points(axes: Axes, points: list[tuple[float, float, str, str]]) -> No
             fontsize=9,
         )
         text.set_path_effects([withStroke(linewidth=3, foreground="white")])
+
+
+def _boxes_along(line: np.ndarray) -> list[tuple[float, ...]]:
+    """Small boxes that cover a line of corners (n, 2), in points.
+
+    Examples
+    --------
+    >>> len(_boxes_along(np.array([[0.0, 0.0], [40.0, 0.0]])))
+    10
+    """
+    boxes = []
+    for start, end in pairwise(line):
+        steps = max(int(np.hypot(*(end - start)) / 4), 1)
+        boxes += [(*(place - 2), *(place + 2)) for place in np.linspace(start, end, steps, endpoint=False)]
+    return boxes
 
 
 def _label_boxes(place: np.ndarray, label: str) -> list[tuple[tuple[float, ...], float]]:
@@ -172,16 +209,14 @@ def _covered(box: tuple[float, ...], taken: list[tuple[float, ...]], size: np.nd
     return float(sum(over) + 4 * ((right - left) * (top - bottom) - inside))
 
 
-def _styled(results: tuple[Result, ...]) -> list[tuple[Result, str, str]]:
-    """Give each filter its colour and marker, the same in every chart."""
-    return [(r, COLOURS[i % len(COLOURS)], MARKERS[i % len(MARKERS)]) for i, r in enumerate(results)]
-
-
 def shown(comparison: Comparison) -> list[Result]:
-    """Return the images worth a column: the input, each filter, and Monte Carlo at the time of the slowest filter."""
+    """Return the images worth a column: the input, each filter, and Monte Carlo at the time of the slowest filter.
+
+    Of the variants of one method the slowest is shown.
+    """
     slowest = max(comparison.filters, key=lambda r: r.seconds, default=None)
     rival = [r for r in comparison.rivals if slowest is not None and slowest.label in r.equal_time_with]
-    return [comparison.unfiltered, *comparison.filters, *rival]
+    return [comparison.unfiltered, *(curve[-1] for curve in _curves(comparison.filters)), *rival]
 
 
 def images_figure(comparison: Comparison) -> Figure:
@@ -192,7 +227,7 @@ def images_figure(comparison: Comparison) -> Figure:
     figure.suptitle(f"Images, crops and relative squared error: {heading(comparison)}\n(one tone map: clip, sRGB)")
     grid = figure.subplots(4, len(results) + 1, squeeze=False)
     for column, result in zip(grid.T, results, strict=False):
-        _draw_image(column, f"{result.label}\nrelMSE {result.relmse:.4f}", result.image, crops)
+        _draw_image(column, f"{_two_lines(result)}\nrelMSE {result.relmse:.4f}", result.image, crops)
         column[3].imshow(error_colours(comparison.error_map(result), ceiling), interpolation="nearest")
     _draw_image(grid[:, -1], f"reference\n{comparison.reference_spp} spp", comparison.reference, crops)
     grid[3, -1].axis("off")
@@ -203,6 +238,11 @@ def images_figure(comparison: Comparison) -> Figure:
     bar = figure.colorbar(error_scale(ceiling), ax=grid[3, -1], fraction=0.5, aspect=8)
     bar.set_label("(x - ref)² / (ref² + 0.01)")
     return figure
+
+
+def _two_lines(result: Result) -> str:
+    """The label, that of a curve above that of its point."""
+    return f"{result.curve}\n{result.point}" if result.point else result.label
 
 
 def _draw_image(column: np.ndarray, title: str, image: np.ndarray, crops: list[tuple[int, int]]) -> None:

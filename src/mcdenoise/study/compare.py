@@ -17,11 +17,12 @@ from mcdenoise.render import capture, render_image, render_reference
 from mcdenoise.samples import SampleBuffer, pixel_mean
 from mcdenoise.samples.gate import check_count, check_names
 from mcdenoise.study.machine import usable_cores
-from mcdenoise.study.methods import METHODS, Method
+from mcdenoise.study.methods import METHODS, Method, Variant
 from mcdenoise.study.tune import choose_parameters
 
 T = TypeVar("T")
 REPEATS = 5
+ENOUGH_SECONDS = 2.0  # of timing one filter: a slow one is run fewer times
 SMALLEST = 16  # pixels a side: below that there is nothing to look at, and SSIM has no room
 
 
@@ -39,6 +40,8 @@ class Result:
     image : (h, w, 3) float32
     parameters : of the filter, {} for Monte Carlo
     filter_seconds : median over repeats, samples in, image out; 0 for Monte Carlo
+    repeats : how many runs that median is of; 0 for Monte Carlo
+    curve, point : labels of the method and of the variant, if this is one of several; else ""
     compile_seconds : what the first call took beyond the second
     choose_seconds : what choosing the parameters by halves of the samples took
     equal_time_with : labels of the filters whose total time this Monte Carlo image takes
@@ -56,6 +59,9 @@ class Result:
     image: np.ndarray
     parameters: Mapping[str, Any] = field(default_factory=dict)
     filter_seconds: float = 0.0
+    repeats: int = 0
+    curve: str = ""
+    point: str = ""
     compile_seconds: float = 0.0
     choose_seconds: float = 0.0
     equal_time_with: tuple[str, ...] = ()
@@ -170,9 +176,9 @@ def compare(
     render = RenderClock(lambda n: render_image(scene, spp=n, seed=seed + 1, **view), spp, reference_spp)
 
     unfiltered = _monte_carlo(pixel_mean(samples.radiance), reference, spp, render)
-    filtered = [
-        _filter(method, samples, reference, render) for method in tqdm(chosen, "filters", disable=None, leave=False)
-    ]
+    filtered = []
+    for method in tqdm(chosen, "filters", disable=None, leave=False):
+        filtered += _filter(method, samples, reference, render)
     rivals = _rivals(filtered, reference, render)
     return Comparison(
         scene=Path(samples.provenance["scene"]).name,
@@ -232,25 +238,41 @@ def _monte_carlo(image: np.ndarray, reference: np.ndarray, spp: int, render: Ren
     return _measure(image, reference, spp, render, **names, **about)
 
 
-def _filter(method: Method, samples: SampleBuffer, reference: np.ndarray, render: RenderClock) -> Result:
-    """Run one method: a call that may compile, the choice of its bandwidths, then the timed calls."""
-    candidates = method.candidates(samples)
-    first, second = (_timed(lambda: method.run(samples, **candidates[0]))[1] for _ in range(2))
-    parameters, choosing = _timed(lambda: choose_parameters(method, samples))
-    images, seconds = zip(*(_timed(lambda: method.run(samples, **parameters)) for _ in range(REPEATS)), strict=True)
-    return _measure(
-        images[-1],
-        reference,
-        samples.spp,
-        render,
-        name=method.name,
-        label=method.label,
-        kind="filter",
-        parameters=parameters,
-        filter_seconds=statistics.median(seconds),
-        compile_seconds=max(first - second, 0.0),
-        choose_seconds=choosing,
-    )
+def _filter(method: Method, samples: SampleBuffer, reference: np.ndarray, render: RenderClock) -> list[Result]:
+    """Run one method: a call that may compile, the choice of its bandwidths, then the timed calls, for each variant."""
+    corner = samples.crop(0, 0, SMALLEST, SMALLEST)
+    first_choice = method.candidates(corner)[0]
+    first, second = (_timed(lambda: method.run(corner, **first_choice))[1] for _ in range(2))
+    compiling = max(first - second, 0.0)
+    if not method.variants:
+        parameters, choosing = _timed(lambda: choose_parameters(method, samples))
+        about = {"name": method.name, "label": method.label, "choose_seconds": choosing}
+        runs = [(parameters, about)]
+    else:
+        runs = [(variant.parameters, _about_variant(method, variant)) for variant in method.variants]
+    results = []
+    for parameters, about in runs:
+        image, seconds = _timed_often(lambda p=parameters: method.run(samples, **p))
+        cost = {"filter_seconds": statistics.median(seconds), "repeats": len(seconds), "compile_seconds": compiling}
+        about |= {"kind": "filter", "parameters": parameters, **cost}
+        results.append(_measure(image, reference, samples.spp, render, **about))
+        compiling = 0.0
+    return results
+
+
+def _about_variant(method: Method, variant: Variant) -> dict[str, Any]:
+    """Names of one point of a method's curve."""
+    name, label = f"{method.name}_{variant.name}", f"{method.label}, {variant.label}"
+    return {"name": name, "label": label, "curve": method.label, "point": variant.label}
+
+
+def _timed_often(call: Callable[[], T]) -> tuple[T, list[float]]:
+    """Return what a call returns, and the seconds of several calls: fewer than usual once they have taken long enough."""
+    seconds: list[float] = []
+    while len(seconds) < REPEATS and sum(seconds) < ENOUGH_SECONDS:
+        result, taken = _timed(call)
+        seconds.append(taken)
+    return result, seconds
 
 
 def _rivals(filtered: Sequence[Result], reference: np.ndarray, render: RenderClock) -> list[Result]:

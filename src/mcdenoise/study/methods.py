@@ -18,9 +18,27 @@ from mcdenoise.filters import (
     noise_variance,
     prefilter_features,
 )
+from mcdenoise.rpf import RPFConfig, rpf
 from mcdenoise.samples import SampleBuffer, pixel_mean
 
 Parameters = Mapping[str, Any]
+PUBLISHED = 0.5  # M of the technical report, as a share of box^2 spp
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One setting of a method that trades time for accuracy: a point of its curve.
+
+    Attributes
+    ----------
+    name : of its files, after that of the method
+    label : beside its point in the chart, after that of the method elsewhere
+    parameters : of `filter`
+    """
+
+    name: str
+    label: str
+    parameters: Parameters
 
 
 @dataclass(frozen=True)
@@ -35,6 +53,7 @@ class Method:
     candidates : samples -> parameters worth trying; the middle one serves where nothing can be tried
     prepare : samples -> whatever does not depend on parameters, a dict of arguments of `filter`
     filter : (**prepared, **parameters) -> (h, w, 3) float32
+    variants : settings that `compare` runs one and all, fastest first, and joins to a curve; (): one, chosen by halves
     """
 
     name: str
@@ -43,6 +62,7 @@ class Method:
     candidates: Callable[[SampleBuffer], Sequence[Parameters]]
     prepare: Callable[[SampleBuffer], dict[str, Any]]
     filter: Callable[..., np.ndarray]
+    variants: Sequence[Variant] = ()
 
     def apply(self, prepared: dict[str, Any], **parameters: Any) -> np.ndarray:
         """Filter what `prepare` made: (h, w, 3) float32."""
@@ -131,6 +151,62 @@ def _joint_nlm_candidates(samples: SampleBuffer) -> list[Parameters]:
     ]
 
 
+def report_config(draws: float) -> RPFConfig:
+    """Return the technical report's preset of RPF with `draws` times the samples of its default, the published M at most.
+
+    Examples
+    --------
+    >>> report_config(4.0).sample_fraction
+    (0.08, 0.16, 0.5, 0.5)
+    """
+    quick = RPFConfig.technical_report()
+    shares = (min(draws * quick.fraction(turn), PUBLISHED) for turn in range(len(quick.boxes)))
+    return RPFConfig.technical_report(sample_fraction=tuple(shares))
+
+
+def share_of_draws(config: RPFConfig) -> float:
+    """Return the samples drawn in all passes of RPF as a share of those with the published M.
+
+    Examples
+    --------
+    >>> round(share_of_draws(report_config(1.0)), 2)
+    0.1
+    """
+    drawn = sum(config.fraction(turn) * config.boxes[turn] ** 2 for turn in config.turns)
+    return drawn / sum(PUBLISHED * config.boxes[turn] ** 2 for turn in config.turns)
+
+
+def _report_variants() -> tuple[Variant, ...]:
+    """A quarter of the default draws, the default, four times that, and the published M."""
+    quick = RPFConfig.technical_report()
+    whole = PUBLISHED / min(quick.fraction(turn) for turn in range(len(quick.boxes)))
+    variants = []
+    for draws in (0.25, 1.0, 4.0, whole):
+        percent = f"{100 * share_of_draws(report_config(draws)):.0f}"
+        variants.append(Variant(f"{percent}_percent", f"{percent} % of M", {"draws": draws}))
+    return tuple(variants)
+
+
+def _rpf_report(samples: SampleBuffer, draws: float) -> np.ndarray:
+    return rpf(samples, report_config(draws), progress=False)
+
+
+def _rpf_adaptive(samples: SampleBuffer) -> np.ndarray:
+    return rpf(samples, progress=False)
+
+
+def _nothing_to_choose(_: SampleBuffer) -> list[Parameters]:
+    return [{}]
+
+
+def _default_draws(_: SampleBuffer) -> list[Parameters]:
+    return [{"draws": 1.0}]
+
+
+def _samples(samples: SampleBuffer) -> dict[str, Any]:
+    return {"samples": samples}
+
+
 def _image(samples: SampleBuffer) -> dict[str, Any]:
     return {"image": pixel_mean(samples.radiance)}
 
@@ -171,5 +247,7 @@ METHODS = {
         ),
         Method("nlm", "NL-means", 4, _nlm_candidates, _image_and_variance, nlm),
         Method("joint_nlm", "joint NL-means", 4, _joint_nlm_candidates, _everything, joint_nlm),
+        Method("rpf", "RPF", 6, _nothing_to_choose, _samples, _rpf_adaptive),
+        Method("rpf_report", "RPF, technical report", 6, _default_draws, _samples, _rpf_report, _report_variants()),
     )
 }

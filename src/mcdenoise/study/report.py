@@ -15,7 +15,7 @@ from typing import Any
 from mcdenoise.render import write_exr
 from mcdenoise.samples.storage import write_beside
 from mcdenoise.study.charts import error_ceiling, heading, images_figure, save_figure, speed_accuracy_figure
-from mcdenoise.study.compare import Comparison, Result
+from mcdenoise.study.compare import REPEATS, Comparison, Result
 from mcdenoise.study.display import error_colours, png_data_uri, tone_map
 
 
@@ -87,7 +87,7 @@ def table(comparison: Comparison) -> str:
     front = {result.name for result in comparison.front()}
     for r in comparison.results:
         mark = " *" if r.name in front else ""
-        equal = f"  = time of {', '.join(r.equal_time_with)}" if r.equal_time_with else ""
+        equal = f"  = time of {'; '.join(r.equal_time_with)}" if r.equal_time_with else ""
         lines.append(
             f"{r.label:{width}} {r.spp:5} {r.render_seconds:9.4f} {r.filter_seconds:9.4f} {r.seconds:8.4f} "
             f"{r.relmse:8.5f} {r.psnr:6.2f} {r.ssim:6.3f}{mark}{equal}"
@@ -102,11 +102,17 @@ def _notes(comparison: Comparison) -> list[str]:
     return [
         "* on the Pareto front: no other is both faster and more accurate.",
         f"Render seconds: radiance alone, {comparison.render_fixed_seconds:.4f} s + "
-        f"{comparison.render_seconds_per_spp:.4f} s a spp. Filter seconds: median of 5, samples in, image out.",
+        f"{comparison.render_seconds_per_spp:.4f} s a spp. Filter seconds: {_median_words(comparison)}, samples in, image out.",
         f"Not charged: capturing samples and features, {comparison.capture_seconds:.2f} s, slow for being done in Python; "
         f"compiling, {compiling:.1f} s; choosing bandwidths by halves of the samples, {choosing:.1f} s.",
         f"Reference: {comparison.reference_spp} spp; its own noise adds about {comparison.reference_relmse:.5f} to each relMSE.",
     ]
+
+
+def _median_words(comparison: Comparison) -> str:
+    """Of how many runs the filter seconds are the median; slow filters are run fewer times."""
+    slow = "; ".join(f"{r.label} {r.repeats}" for r in comparison.filters if r.repeats < REPEATS)
+    return f"median of {REPEATS} runs" + (f" (fewer where they are slow: {slow})" if slow else "")
 
 
 def report_page(comparison: Comparison, chart_png: bytes) -> str:
@@ -142,7 +148,7 @@ def _item(result: Result, comparison: Comparison, ceiling: float) -> dict[str, s
     star = " *" if result in comparison.front() else ""
     return {
         "label": result.label,
-        "equal": f"time of {', '.join(result.equal_time_with)}" if result.equal_time_with else "",
+        "equal": f"time of {'; '.join(result.equal_time_with)}" if result.equal_time_with else "",
         "spp": str(result.spp),
         "render": f"{result.render_seconds:.3f}",
         "filter": f"{result.filter_seconds:.4f}" if result.kind == "filter" else "",

@@ -88,6 +88,8 @@ def halves_error(method: Method, samples: SampleBuffer) -> Error:
 def choose_parameters(method: Method, samples: SampleBuffer) -> Parameters:
     """Choose one of the method's candidates by halves of the samples; the middle one with 1 spp, which has no halves.
 
+    Where there is one candidate, nothing is run.
+
     Returns
     -------
     One of ``method.candidates(samples)``.
@@ -101,7 +103,7 @@ def choose_parameters(method: Method, samples: SampleBuffer) -> Parameters:
     {'sigma_space': 2.8}
     """
     candidates = method.candidates(samples)
-    if samples.spp < 2:
+    if samples.spp < 2 or len(candidates) == 1:
         return candidates[len(candidates) // 2]
     return min(_shown(candidates, method), key=halves_error(method, samples))
 
@@ -228,7 +230,7 @@ def print_tuned(scene: str, names: Sequence[str], options: argparse.Namespace) -
 
 def _words(parameters: Parameters) -> str:
     """Parameters in one line, three digits each."""
-    parts = []
+    parts = [] if parameters else ["nothing to choose"]
     for name, value in parameters.items():
         text = "{" + _words(value) + "}" if isinstance(value, Mapping) else f"{value:.3g}"
         parts.append(f"{name} {text}")
