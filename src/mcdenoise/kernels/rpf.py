@@ -58,8 +58,7 @@ class Dials(NamedTuple):
     ratio_of_sums: bool  # W_c^r, else the mean over channels
     by_feature_share: bool  # beta times W_c^{f,k}
     spike_limit: float  # standard deviations
-    noise_gain: float
-    noise_floor: float
+    noise_gain: float  # how much noise within pixels widens a bandwidth
     chance: float  # how many times the information expected by chance is taken off
     tolerance: float  # of the clustering; infinite: there is none
 
@@ -195,8 +194,7 @@ def filter_row(y, records, radiance, filtered, maps, limits, gains, noise, table
         scale = (1 - share) ** 2 * LOG2_E
         for k in range(ZERO, n_f + place(3)):
             if weights[k] > 0:
-                fault = shares[k] + dials.noise_floor * (1 - shares[k])
-                widened = 1 / dials.precision + 2 * dials.noise_gain * fault * noise[pixel, k] * scales[k] ** 2
+                widened = 1 / dials.precision + 2 * dials.noise_gain * shares[k] * noise[pixel, k] * scales[k] ** 2
                 active = add_guide(guide, active, room, values, k * room, count, np.sqrt(weights[k] * scale / widened))
         while active % FOUR != ZERO:
             active = add_guide(guide, active, room, values, ZERO, count, 0.0)

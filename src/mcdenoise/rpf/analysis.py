@@ -134,7 +134,7 @@ class Neighbourhood:
     --------
     >>> corner = np.stack(np.meshgrid(np.arange(3), np.arange(3)), axis=-1)[:, :, np.newaxis]
     >>> samples = SampleBuffer.from_arrays(np.ones((3, 3, 2, 3)), np.repeat(corner + 0.5, 2, axis=2))
-    >>> found = rpf_neighbourhood(samples, (1, 1), RPFConfig.lecture(boxes=(3,), deterministic=True, sample_fraction=1.0))
+    >>> found = rpf_neighbourhood(samples, (1, 1), RPFConfig.lecture(boxes=(3,), deterministic=True))
     >>> len(found.places), bool(found.accepted.all()), found.weights.shape
     (18, True, (2, 18))
     """

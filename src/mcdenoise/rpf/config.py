@@ -11,7 +11,8 @@ import numpy as np
 from mcdenoise.samples.gate import check_bandwidth, check_choice, check_count, check_share
 
 BOXES = (55, 35, 17, 7)
-QUICK = (0.02, 0.04, 0.3, 0.5)  # the knee of the curve of speed against accuracy of these boxes
+PUBLISHED = 0.5  # M as a share of box^2 spp
+ENOUGH = 64  # M / spp at the knee of the curve of speed against accuracy
 SPIKES = ("none", "mean", "joint", "clamp")
 MOST_LEVELS = 31
 NOISY, SMOOTH = 0.02, 0.002  # sigma_8 squared
@@ -24,7 +25,8 @@ class RPFConfig:
     Attributes
     ----------
     boxes : side of the neighbourhood in each pass, pixels, odd
-    sample_fraction : M, the samples drawn a pixel, as a share of box^2 spp; one number, or one a pass
+    sample_fraction : M, the samples drawn a pixel, as a share of box^2 spp; one number, or one a pass; None: 1/2, as
+        published, but no more than 64 spp samples
     passes : places in `boxes` of the passes that are run; None: all
     deterministic : take every sample of the box, and weight it by its distance on the screen, with sigma_p = box / 4
     sigma_8_squared : sigma^2 = 8 sigma_8^2 / spp
@@ -45,7 +47,7 @@ class RPFConfig:
     levels : bins of a histogram, odd: one standard deviation each, with what lies beyond in the outermost
     chance : how many times the mutual information that chance alone gives is taken off
     radiance_cap : input samples are cut off here
-    noise_gain, noise_floor : bandwidths widened by the noise within pixels, see `adaptive`; 0: they are not
+    noise_gain : how much the noise within pixels widens bandwidths, see `adaptive`; 0: not at all
     random_params : names of those that are asked; None: all that the samples have
 
     Examples
@@ -58,7 +60,7 @@ class RPFConfig:
     """
 
     boxes: tuple[int, ...] = BOXES
-    sample_fraction: float | tuple[float, ...] = QUICK
+    sample_fraction: float | tuple[float, ...] | None = None
     passes: tuple[int, ...] | None = None
     deterministic: bool = False
     sigma_8_squared: float = SMOOTH
@@ -81,21 +83,20 @@ class RPFConfig:
     chance: float = 0.0
     radiance_cap: float = field(default=np.inf)
     noise_gain: float = 0.0
-    noise_floor: float = 0.0
     random_params: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
         """Check every number."""
         set_ = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731 (frozen)
         set_("boxes", _check_boxes(self.boxes))
-        set_("sample_fraction", _check_fractions(self.sample_fraction, len(self.boxes)))
+        if self.sample_fraction is not None:
+            set_("sample_fraction", _check_fractions(self.sample_fraction, len(self.boxes)))
         if self.passes is not None:
             set_("passes", _check_passes(self.passes, len(self.boxes)))
         for name in ("sigma_8_squared", "spike_limit", "radiance_cap"):
             set_(name, check_bandwidth(getattr(self, name), name))
         for name in ("sigma_step", "alpha_start", "alpha_step", "beta_start", "beta_step", "chance", "noise_gain"):
             set_(name, _check_not_negative(getattr(self, name), name))
-        set_("noise_floor", check_share(self.noise_floor, "noise_floor"))
         for name in ("alpha", "beta"):
             if getattr(self, name) is not None:
                 set_(name, check_share(getattr(self, name), name))
@@ -174,19 +175,17 @@ class RPFConfig:
 
         In place of one sigma^2 each standardised scalar k has
 
-            sigma_k^2 = sigma^2 + noise_gain (W_k^r + noise_floor (1 - W_k^r)) v_k
+            sigma_k^2 = sigma^2 + noise_gain W_k^r v_k
 
-        with v_k the variance within pixels, mean over 3 x 3 of them. The variance says how much a scalar varies where the
-        place on the screen hardly does; the share says how much of that is the fault of the random parameters. Noise then
-        passes and edges do not, so boxes can be small, and nothing needs to be left out beforehand.
+        with v_k its variance within pixels, mean over 3 x 3 of them. The variance says how much a scalar varies where the
+        place on the screen hardly does; the share says how much of that is the fault of the random parameters. So noise
+        passes and edges do not. Boxes can be small then, every sample of them is taken, and none is left out beforehand.
         """
         preset = {
-            "boxes": (7, 3),
-            "sample_fraction": (1.0, 3.0),
-            "chance": 1.0,
+            "boxes": (5, 3),
+            "deterministic": True,
             "clustering": False,
-            "noise_gain": 6.0,
-            "noise_floor": 0.2,
+            "noise_gain": 12.0,
         }
         return cls(**{**preset, **changes})
 
@@ -196,7 +195,15 @@ class RPFConfig:
         return tuple(range(len(self.boxes))) if self.passes is None else self.passes
 
     def fraction(self, turn: int) -> float:
-        """Return M in pass `turn` as a share of box^2 spp."""
+        """Return M in pass `turn` as a share of box^2 spp.
+
+        Examples
+        --------
+        >>> [round(RPFConfig.lecture().fraction(turn), 3) for turn in range(4)]
+        [0.021, 0.052, 0.221, 0.5]
+        """
+        if self.sample_fraction is None:
+            return min(PUBLISHED, ENOUGH / self.boxes[turn] ** 2)
         return self.sample_fraction if isinstance(self.sample_fraction, float) else self.sample_fraction[turn]
 
     def draws(self, turn: int, spp: int) -> int:

@@ -257,7 +257,6 @@ def run_kernel(
         by_feature_share=config.by_feature_share,
         spike_limit=config.spike_limit,
         noise_gain=config.noise_gain,
-        noise_floor=config.noise_floor,
         chance=config.chance,
         tolerance=TOLERANCE if config.clustering else np.inf,
     )

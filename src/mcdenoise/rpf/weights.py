@@ -91,7 +91,6 @@ def scales_of(weights: Weights, noise: np.ndarray, config: RPFConfig, turn: int,
     >>> scales_of(weights, np.zeros(4), RPFConfig.technical_report(), turn=0, spp=8)
     array([6.25, 6.25, 6.25, 6.25])
     """
-    fault = np.concatenate([weights.share_f_r, weights.share_c_r])
-    fault = fault + config.noise_floor * (1 - fault)
-    widened = 1 / config.precision(turn, spp) + 2 * config.noise_gain * fault * noise
+    shares = np.concatenate([weights.share_f_r, weights.share_c_r])
+    widened = 1 / config.precision(turn, spp) + 2 * config.noise_gain * shares * noise
     return np.concatenate([weights.beta, weights.alpha]) * (1 - weights.share) ** 2 / widened

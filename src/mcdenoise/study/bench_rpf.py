@@ -105,7 +105,10 @@ def time_lines(repeats: int) -> list[str]:
         f"RPF, scene {SCENE}, {SPP} spp; median of {repeats} runs, of 1 where a run takes more than {ENOUGH_SECONDS:g} s; "
         f"CPU ms a pixel: all threads together"
     )
-    lines = [title, f"  {'':30s} {'pixels':>9s} {'seconds':>8s} {'CPU ms':>7s}   CPU ms a pixel: before, each pass (box)"]
+    lines = [
+        title,
+        f"  {'':30s} {'pixels':>9s} {'seconds':>8s} {'CPU ms':>7s}   CPU ms a pixel: before, each pass (box)",
+    ]
     return [*lines, *(time_line(one) for one in timed), *time_targets(*timed[1:3], timed[4])]
 
 
@@ -123,9 +126,7 @@ def time_line(timed: Timed) -> str:
     boxes = [timed.config.boxes[turn] for turn in timed.config.turns]
     parts = ", ".join(f"{cost:.3f} ({box})" for cost, box in zip(passes, boxes, strict=True))
     size = f"{timed.samples.height}x{timed.samples.width}"
-    return (
-        f"  {timed.label:30s} {size:>9s} {timed.seconds():8.2f} {before + sum(passes):7.3f}   {before:.3f}, {parts}"
-    )
+    return f"  {timed.label:30s} {size:>9s} {timed.seconds():8.2f} {before + sum(passes):7.3f}   {before:.3f}, {parts}"
 
 
 def time_targets(quick: Timed, whole: Timed, quick_large: Timed) -> list[str]:
@@ -133,9 +134,7 @@ def time_targets(quick: Timed, whole: Timed, quick_large: Timed) -> list[str]:
     lines = []
     for timed, limit in ((quick, 2.5), (quick_large, 10.0), (whole, 10.0)):
         size, seconds = f"{timed.samples.height}x{timed.samples.width}", timed.seconds()
-        lines.append(
-            f"  target: {timed.label}, {size}, under {limit:g} s: {seconds:.2f} s, {reached(seconds < limit)}"
-        )
+        lines.append(f"  target: {timed.label}, {size}, under {limit:g} s: {seconds:.2f} s, {reached(seconds < limit)}")
     cost = sum(quick.cpu_milliseconds())
     return [
         *lines,

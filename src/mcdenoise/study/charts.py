@@ -185,7 +185,7 @@ def _boxes_along(line: np.ndarray) -> list[tuple[float, ...]]:
 
 def _label_boxes(place: np.ndarray, label: str) -> list[tuple[tuple[float, ...], float]]:
     """Boxes (left, bottom, right, top) around a point that a label may take, in points, with their distance from it."""
-    width, height = 5.0 * len(label), 11.0
+    width, height = 5.4 * len(label), 11.0
     boxes = []
     for reach in (9.0, 18.0, 30.0, 45.0, 60.0):
         for right, up in ((1, 0), (-1, 0), (1, -1), (1, 1), (-1, -1), (-1, 1)):

@@ -29,7 +29,11 @@ PRESETS = {
     "adaptive": ADAPTIVE,
 }
 COLOURS = dict(
-    zip(("unfiltered", *PRESETS), ("#BBBBBB", "#CCBB44", "#EE6677", "#AA3377", "#228833", "#66CCEE", "#4477AA"), strict=True)
+    zip(
+        ("unfiltered", *PRESETS),
+        ("#BBBBBB", "#CCBB44", "#EE6677", "#AA3377", "#228833", "#66CCEE", "#4477AA"),
+        strict=True,
+    )
 )
 SCENE_COLOURS = dict(zip(SCENES, ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#AA3377"), strict=True))
 GAINS = (0.0, 1.5, 3.0, 6.0, 12.0, 24.0)
@@ -72,7 +76,9 @@ def without(scene: str, start: str) -> tuple[str, ...]:
 
 
 def gallery(
-    rows: Sequence[tuple[str, str, Sequence[tuple[str, np.ndarray]]]], size: tuple[float, float], crop: tuple = np.s_[:, :]
+    rows: Sequence[tuple[str, str, Sequence[tuple[str, np.ndarray]]]],
+    size: tuple[float, float],
+    crop: tuple = np.s_[:, :],
 ) -> Figure:
     """Rows of images: (scene, label, [(title, image), ...]); relMSE of the whole image below each title."""
     figure = Figure(figsize=size, layout="constrained")
