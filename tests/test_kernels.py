@@ -20,6 +20,7 @@ from mcdenoise.kernels import bilateral as bilateral_kernel
 from mcdenoise.kernels import gaussian as gaussian_kernel
 from mcdenoise.kernels import jit, patch_rows, rows
 from mcdenoise.kernels import nlm as nlm_kernel
+from mcdenoise.kernels import rpf as rpf_kernel
 
 pytestmark = pytest.mark.ch03
 
@@ -102,6 +103,9 @@ HOT = {
     "sum_pairs": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, PLACE, ROW, PLACE),
     "weigh_patches": (ROW, PLACE, PLACE, ROW, PLACE, NUMBER),
     "multiply_by_likeness": (ROW, PLACE, PLACE, NUMBER, ROW),
+    "add_guide": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, types.float64),
+    "add_four": (ROW, ROW, PLACE, PLACE, PLACE, PLACE),
+    "sums": (ROW, ROW, PLACE, PLACE),
     "add_three_weighted": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, PLACE, ROW, PLACE, PLACE, PLACE),
 }
 
@@ -111,7 +115,7 @@ HOT = {
 def test_hot_loops_are_packed_single_precision(name):
     """One slice, one float64 literal or one more output row, and the loop silently turns scalar: see kernels/rows."""
     options = {"fastmath": jit.FASTMATH, "error_model": jit.ERROR_MODEL, "nogil": True}
-    function = getattr(rows, name, None) or getattr(patch_rows, name)
+    function = next(getattr(module, name) for module in (rows, patch_rows, rpf_kernel) if hasattr(module, name))
     compiled = numba.njit(HOT[name], **options)(function.py_func)
     (code,) = compiled.inspect_asm().values()
     assert re.search(r"\bv?(fn?m(add|sub)\d+|add|mul)ps\b", code)

@@ -5,7 +5,8 @@ import pytest
 
 from conftest import make_samples
 from mcdenoise.metrics import relmse
-from mcdenoise.study.methods import METHODS, feature_spreads
+from mcdenoise.rpf import RPFConfig, rpf
+from mcdenoise.study.methods import METHODS, feature_spreads, report_config, report_multiples, share_of_draws
 from mcdenoise.study.tune import choose_parameters
 
 pytestmark = pytest.mark.ch10
@@ -62,3 +63,47 @@ def test_every_method_runs_on_every_candidate(rng):
     for method in METHODS.values():
         for parameters in method.candidates(samples):
             assert method.run(samples, **parameters).shape == (8, 9, 3)
+
+
+def test_methods_are_in_the_order_of_the_course():
+    chapters = [method.chapter for method in METHODS.values()]
+    assert chapters == sorted(chapters)
+    assert list(METHODS)[-2:] == ["rpf", "rpf_report"]
+    assert all(name == method.name for name, method in METHODS.items())
+
+
+def test_rpf_has_nothing_to_choose_and_runs_nothing_to_choose_it(rng, monkeypatch):
+    monkeypatch.setattr("mcdenoise.study.methods.rpf", None)
+    samples = _noisy(rng, _ramp(8, 8), 0.2)
+    assert choose_parameters(METHODS["rpf"], samples) == {}
+    assert choose_parameters(METHODS["rpf_report"], samples) == {"draws": 1.0}
+
+
+def test_rpf_is_the_default_and_the_report_its_preset(rng):
+    samples = _noisy(rng, _ramp(8, 9), 0.2)
+    np.testing.assert_array_equal(METHODS["rpf"].run(samples), rpf(samples))
+    report = METHODS["rpf_report"]
+    np.testing.assert_array_equal(report.run(samples, draws=1.0), rpf(samples, RPFConfig.technical_report()))
+    whole = rpf(samples, RPFConfig.technical_report(sample_fraction=0.5))
+    np.testing.assert_array_equal(report.run(samples, **report.variants[-1].parameters), whole)
+
+
+def test_variants_are_draws_from_a_quarter_of_the_default_to_all():
+    variants = METHODS["rpf_report"].variants
+    assert [variant.parameters["draws"] for variant in variants[:3]] == [0.25, 1.0, 4.0]
+    assert len({variant.name for variant in variants}) == len(variants)
+    assert variants[-1].label == "100 % of M"
+    for variant in variants:
+        config = report_config(variant.parameters["draws"])
+        share = sum(config.draws(turn, 1024) + 1024 for turn in config.turns) / sum(
+            0.5 * box**2 * 1024 for box in config.boxes
+        )
+        assert variant.label == f"{100 * share:.0f} % of M"
+
+
+def test_no_multiple_draws_more_than_what_was_published():
+    multiples = report_multiples([3.0, 1e6])
+    assert list(multiples)[:2] == [3.0, 1e6]
+    assert multiples[1e6] == pytest.approx(1.0) == pytest.approx(list(multiples.values())[-1])
+    assert max(report_config(1e6).sample_fraction) == 0.5
+    assert share_of_draws(report_config(3.0)) < 1

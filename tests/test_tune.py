@@ -87,6 +87,14 @@ def test_halves_expect_the_error_that_the_whole_has(rng):
     assert (error(other) - error(one)) / 2 == pytest.approx(true(other) - true(one), rel=0.05)
 
 
+@pytest.mark.parametrize("name", ["rpf", "rpf_report"])
+def test_a_method_without_dials_is_run_once(rng, name):
+    samples, truth = scene(rng, side=8)
+    found = tune(METHODS[name], samples, truth)
+    assert found.tried == 1
+    assert found.parameters == METHODS[name].candidates(samples)[0]
+
+
 def test_one_sample_needs_a_reference(rng):
     samples, truth = scene(rng, spp=1)
     with pytest.raises(ValueError, match=re.escape("Tuning without a reference needs at least 2 spp")):
@@ -98,13 +106,14 @@ def test_the_command_prints_both_ways(capsys, monkeypatch, rng):
     samples, truth = scene(rng, side=16)
     monkeypatch.setattr(tune_module, "capture", lambda *_, **__: samples)
     monkeypatch.setattr(tune_module, "render_reference", lambda *_, **__: truth)
-    assert main(["dof", "--methods", "gaussian", "cross_bilateral"]) == 0
+    assert main(["dof", "--methods", "gaussian", "cross_bilateral", "rpf"]) == 0
     output = capsys.readouterr().out
     assert "dof, 128 x 128, 8 spp: relMSE" in output
     for name in ("gaussian", "cross_bilateral"):
         for way in ("by halves", "by reference"):
             assert re.search(rf"{name} +[\d.]+  {way}, \d+ tried: sigma_space", output)
     assert "sigma_features {albedo" in output
+    assert re.search(r"rpf +[\d.]+  by reference, 1 tried: nothing to choose", output)
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,13 @@
 
     python -m mcdenoise.study.bench filters [--size 512] [--repeats 5] [--no-accuracy]
     python -m mcdenoise.study.bench accuracy [--size 128] [--spp 8] [--scenes dof glossy]
+    python -m mcdenoise.study.bench rpf [--repeats 5] [--no-accuracy] [--size 128] [--scenes dof glossy]
 
 `filters` prints times, how they grow, their share of what the machine's arithmetic allows, and then what `accuracy`
-prints: relMSE on the toy scenes. Within a run the contestants take turns, so that whatever else the machine does hits
-all of them; each time is a median. What numba compiles is compiled before, and that time is printed apart. Absolute
-times say little about another machine: read ratios.
+prints: relMSE on the toy scenes. `rpf` prints what random parameter filtering costs, how that grows, its memory, and
+relMSE of all its presets beside the filters before it. Within a run the contestants take turns, so that whatever else
+the machine does hits all of them; each time is a median. What numba compiles is compiled before, and that time is
+printed apart. Absolute times say little about another machine: read ratios.
 """
 
 from __future__ import annotations
@@ -26,10 +28,14 @@ from mcdenoise.study.bench_accuracy import SCENES, accuracy_lines
 from mcdenoise.study.bench_filters import TARGET_SIZE, Peers, compile_kernels, filter_works, find_peers
 from mcdenoise.study.bench_limit import limit_lines, peak_rates
 from mcdenoise.study.bench_measure import measure, table
+from mcdenoise.study.bench_rpf import SCENE, SPP, compile_rpf, growth_lines, time_lines
+from mcdenoise.study.bench_rpf_accuracy import knee_lines, preset_lines
+from mcdenoise.study.bench_rpf_parts import information_lines, memory_lines
 from mcdenoise.study.bench_scaling import scaling_lines
 from mcdenoise.study.machine import usable_cores
 
 REFERENCE_SPP = 1024
+MEMORY_SIDE = 256
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -38,6 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = _parser().parse_args(arguments)
         if options.command == "filters":
             bench_filters(options.size, options.repeats, accuracy=options.accuracy)
+        elif options.command == "rpf":
+            bench_rpf(options.repeats, options.scenes if options.accuracy else [], options.size)
         else:
             bench_accuracy(options.scenes, options.size, options.spp, options.reference_spp)
     except SystemExit as leaving:
@@ -51,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> OneLineParser:
     """Return the parser of the command line."""
     parser = OneLineParser(prog="python -m mcdenoise.study.bench", description=__doc__.splitlines()[0])
-    commands = parser.add_subparsers(dest="command", required=True, metavar="{filters,accuracy}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="{filters,accuracy,rpf}")
     filters = commands.add_parser("filters", help="times of all filters beside their peers, then accuracy")
     filters.add_argument("--size", type=_count(8), default=TARGET_SIZE, help="height and width, pixels (default 512)")
     filters.add_argument("--repeats", type=_count(1), default=5, help="runs to take the median of (default 5)")
@@ -62,7 +70,14 @@ def _parser() -> OneLineParser:
     accuracy.add_argument(
         "--reference-spp", type=_count(2), default=REFERENCE_SPP, help="of the reference (default 1024)"
     )
-    accuracy.add_argument("--scenes", nargs="+", metavar="SCENE", default=list(SCENES), help="default: all toy scenes")
+    rpf = commands.add_parser("rpf", help="random parameter filtering: time, growth, memory, accuracy of the presets")
+    rpf.add_argument("--repeats", type=_count(1), default=5, help="runs to take the median of (default 5)")
+    rpf.add_argument("--no-accuracy", dest="accuracy", action="store_false", help="times and memory only")
+    rpf.add_argument("--size", type=_count(16), default=128, help="of the accuracy tables, pixels (default 128)")
+    for parser_of in (accuracy, rpf):
+        parser_of.add_argument(
+            "--scenes", nargs="+", metavar="SCENE", default=list(SCENES), help="default: all toy scenes"
+        )
     return parser
 
 
@@ -89,6 +104,24 @@ def bench_accuracy(scenes: Sequence[str], size: int, spp: int, reference_spp: in
     """Print relMSE of every method and peer on the scenes; references not yet in the cache are rendered first."""
     scenes = check_names(scenes, scene_names(), "scenes")
     print("\n".join(accuracy_lines(scenes, size, spp, reference_spp)), flush=True)
+
+
+def bench_rpf(repeats: int, scenes: Sequence[str], size: int) -> None:
+    """Time RPF, its growth, its memory; then its accuracy on the scenes, if there are any."""
+    scenes = check_names(scenes, scene_names(), "scenes") if scenes else []
+    for line in machine_facts(find_peers()):
+        print(line)
+    print(f"compiling or loading the kernels of RPF: {compile_rpf():.1f} s (not counted below)\n", flush=True)
+    parts = [
+        lambda: time_lines(repeats),
+        lambda: growth_lines(repeats),
+        lambda: memory_lines(SCENE, MEMORY_SIDE, SPP),
+        lambda: information_lines(SCENE, repeats),
+    ]
+    if scenes:
+        parts += [lambda: preset_lines(scenes, size, REFERENCE_SPP), lambda: knee_lines(scenes, size, REFERENCE_SPP)]
+    for part in parts:
+        print("\n".join(part()), end="\n\n", flush=True)
 
 
 def machine_facts(peers: Peers) -> list[str]:

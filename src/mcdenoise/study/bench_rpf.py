@@ -16,11 +16,12 @@ from tqdm import tqdm
 
 from mcdenoise.render import capture
 from mcdenoise.rpf import RPFConfig, rpf
+from mcdenoise.rpf.config import PUBLISHED
 from mcdenoise.rpf.passes import prepare, run_kernel
 from mcdenoise.samples import SampleBuffer, pixel_mean
 from mcdenoise.study.bench_measure import Contestant, Work, measure, reached
 from mcdenoise.study.bench_scaling import Series, law
-from mcdenoise.study.methods import PUBLISHED
+from mcdenoise.study.machine import usable_cores
 
 SCENE, SPP, SIDES = "dof", 8, (128, 256)
 ENOUGH_SECONDS = 10.0  # a run that takes longer is not repeated
@@ -102,7 +103,7 @@ def time_lines(repeats: int) -> list[str]:
     ]
     take_turns(timed, repeats)
     title = (
-        f"RPF, scene {SCENE}, {SPP} spp; median of {repeats} runs, of 1 where a run takes more than {ENOUGH_SECONDS:g} s; "
+        f"RPF, scene {SCENE}, {SPP} spp; median of {repeats}, of 1 where a run takes more than {ENOUGH_SECONDS:g} s; "
         f"CPU ms a pixel: all threads together"
     )
     lines = [
@@ -130,16 +131,18 @@ def time_line(timed: Timed) -> str:
 
 
 def time_targets(quick: Timed, whole: Timed, quick_large: Timed) -> list[str]:
-    """Targets beside what was measured."""
+    """Targets beside what was measured, and beside what that is on cores that nobody else uses."""
     lines = []
     for timed, limit in ((quick, 2.5), (quick_large, 10.0), (whole, 10.0)):
         size, seconds = f"{timed.samples.height}x{timed.samples.width}", timed.seconds()
-        lines.append(f"  target: {timed.label}, {size}, under {limit:g} s: {seconds:.2f} s, {reached(seconds < limit)}")
+        alone = 1e-3 * timed.pixels * sum(timed.cpu_milliseconds()) / usable_cores()
+        lines.append(
+            f"  target: {timed.label}, {size}, under {limit:g} s: {seconds:.2f} s, {reached(seconds < limit)} "
+            f"(its CPU time, spread over all cores: {alone:.2f} s)"
+        )
     cost = sum(quick.cpu_milliseconds())
-    return [
-        *lines,
-        f"  target: {quick.label} under 0.6 CPU ms a pixel (public C++ codes: 2.4 to 10): {cost:.2f} ms, {reached(cost < 0.6)}",
-    ]
+    words = f"{quick.label} under 0.6 CPU ms a pixel (public C++ codes: 2.4 to 10)"
+    return [*lines, f"  target: {words}: {cost:.2f} ms, {reached(cost < 0.6)}"]
 
 
 def growth_lines(repeats: int) -> list[str]:

@@ -13,15 +13,16 @@ import numpy as np
 from mcdenoise.kernels.dependency import information_of_pairs as pairs_by_bits
 from mcdenoise.render import capture
 from mcdenoise.rpf import RPFConfig, rpf, rpf_neighbourhood
+from mcdenoise.rpf.config import PUBLISHED
 from mcdenoise.rpf.dependency import information_of_pairs, quantise
 from mcdenoise.rpf.neighbourhood import standardise
 from mcdenoise.samples import SampleBuffer
 from mcdenoise.samples.storage import load_samples, save_samples
 from mcdenoise.study.bench_measure import Contestant, Target, Work, measure, reached, table
-from mcdenoise.study.methods import PUBLISHED
 
 MEGABYTE = 1e6
 RESET, STATUS = Path("/proc/self/clear_refs"), Path("/proc/self/status")
+MEMORY_OF = {"adaptive (default)": RPFConfig.adaptive(), "technical report, quick": RPFConfig.technical_report()}
 BITS, BY_FORMULA, SKLEARN = "bits, as in RPF", "NumPy, as the formula reads", "sklearn mutual_info_score"
 Pairs = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -51,11 +52,10 @@ def memory_lines(scene: str, side: int, spp: int) -> list[str]:
     lines = [f"memory at the peak, {scene}, {side}x{side}, {spp} spp; the buffer has {size / MEGABYTE:.1f} MB"]
     if not RESET.exists():
         return [*lines, f"  not measured: {RESET} is needed, which only Linux has"]
-    configs = {"adaptive (default)": RPFConfig.adaptive(), "technical report, quick": RPFConfig.technical_report()}
     with TemporaryDirectory() as folder:
         path = Path(folder) / "samples.npz"
         save_samples(samples, path)
-        for label, config in configs.items():
+        for label, config in MEMORY_OF.items():
             with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
                 added = pool.submit(added_bytes, path, config).result()
             times = (size + added) / size

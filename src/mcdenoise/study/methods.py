@@ -19,10 +19,10 @@ from mcdenoise.filters import (
     prefilter_features,
 )
 from mcdenoise.rpf import RPFConfig, rpf
+from mcdenoise.rpf.config import PUBLISHED
 from mcdenoise.samples import SampleBuffer, pixel_mean
 
 Parameters = Mapping[str, Any]
-PUBLISHED = 0.5  # M of the technical report, as a share of box^2 spp
 
 
 @dataclass(frozen=True)
@@ -156,8 +156,8 @@ def report_config(draws: float) -> RPFConfig:
 
     Examples
     --------
-    >>> report_config(4.0).sample_fraction
-    (0.08, 0.16, 0.5, 0.5)
+    >>> [round(share, 2) for share in report_config(4.0).sample_fraction]
+    [0.08, 0.21, 0.5, 0.5]
     """
     quick = RPFConfig.technical_report()
     shares = (min(draws * quick.fraction(turn), PUBLISHED) for turn in range(len(quick.boxes)))
@@ -170,21 +170,29 @@ def share_of_draws(config: RPFConfig) -> float:
     Examples
     --------
     >>> round(share_of_draws(report_config(1.0)), 2)
-    0.1
+    0.09
     """
     drawn = sum(config.fraction(turn) * config.boxes[turn] ** 2 for turn in config.turns)
     return drawn / sum(PUBLISHED * config.boxes[turn] ** 2 for turn in config.turns)
 
 
-def _report_variants() -> tuple[Variant, ...]:
-    """A quarter of the default draws, the default, four times that, and the published M."""
+def report_multiples(multiples: Sequence[float]) -> dict[float, float]:
+    """Return multiples of the default draws of `report_config`, the published M last, each with its share of M.
+
+    Examples
+    --------
+    >>> [(round(draws, 1), round(share, 2)) for draws, share in report_multiples([1.0]).items()]
+    [(1.0, 0.09), (23.6, 1.0)]
+    """
     quick = RPFConfig.technical_report()
-    whole = PUBLISHED / min(quick.fraction(turn) for turn in range(len(quick.boxes)))
-    variants = []
-    for draws in (0.25, 1.0, 4.0, whole):
-        percent = f"{100 * share_of_draws(report_config(draws)):.0f}"
-        variants.append(Variant(f"{percent}_percent", f"{percent} % of M", {"draws": draws}))
-    return tuple(variants)
+    whole = PUBLISHED / min(quick.fraction(turn) for turn in quick.turns)
+    return {draws: share_of_draws(report_config(draws)) for draws in (*multiples, whole)}
+
+
+def _report_variants() -> list[Variant]:
+    """A quarter of the default draws, the default, four times that, and the published M."""
+    shares = {draws: f"{100 * share:.0f}" for draws, share in report_multiples((0.25, 1.0, 4.0)).items()}
+    return [Variant(f"{share}_percent", f"{share} % of M", {"draws": draws}) for draws, share in shares.items()]
 
 
 def _rpf_report(samples: SampleBuffer, draws: float) -> np.ndarray:

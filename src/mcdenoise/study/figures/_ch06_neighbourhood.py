@@ -87,7 +87,15 @@ def _panels(place: str) -> tuple[Figure, dict]:
         "effective": effective(found.weights),
         "share": found.share_c_r.mean(),
         "alpha": found.alpha,
+        "unseen": 100 * unseen(found).mean(),
+        "unseen_kept": 100 * unseen(found)[kept].mean(),
     }
+
+
+def unseen(found: Neighbourhood) -> np.ndarray:
+    """Which samples have an albedo that none of the pixel's own samples has, (n,) bool."""
+    own = found["albedo"][: len(found.weights)]
+    return np.abs(found["albedo"][:, np.newaxis] - own).sum(axis=-1).min(axis=1) > 0.1
 
 
 def _column(found: Neighbourhood, name: str, axis: int) -> np.ndarray:

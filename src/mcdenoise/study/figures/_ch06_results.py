@@ -11,8 +11,6 @@ from mcdenoise.study.figures._ch06_data import (
     ADAPTIVE,
     NO_SPIKES,
     OPEN,
-    REPORT,
-    SCENE_COLOURS,
     SCENES,
     error_of,
     filtered,
@@ -35,27 +33,20 @@ def first_look() -> tuple[Figure, dict]:
         ("RPF, adaptive (ours)", filtered("dof", ADAPTIVE)),
         ("reference, 4096 spp", reference("dof")),
     ]
-    figure = gallery([("dof", "", images)], (9.8, 2.9))
+    figure = gallery([("dof", "", images)], (9.8, 3.15))
     return figure, {"noisy": unfiltered("dof"), "report": error_of("dof", OPEN), "adaptive": error_of("dof", ADAPTIVE)}
 
 
 def other_scenes() -> tuple[Figure, dict]:
     """The same for the other scenes."""
-    rows = []
-    for scene in SCENES[1:]:
-        images = [
-            ("input", noisy(scene)),
-            ("report", filtered(scene, OPEN)),
-            ("adaptive", filtered(scene, ADAPTIVE)),
-            ("reference", reference(scene)),
-        ]
-        rows.append((scene, scene, images))
-    figure = Figure(figsize=(9.6, 5.6), layout="constrained")
-    grid = figure.subplots(2, 8)
-    for k, (scene, _, images) in enumerate(rows):
-        for axes, (title, image) in zip(grid[k // 2, 4 * (k % 2) : 4 * (k % 2) + 4], images, strict=True):
-            titled_picture(axes, image, scene, title)
-        grid[k // 2, 4 * (k % 2)].set_ylabel(scene, fontsize=10)
+    figure = Figure(figsize=(8.0, 8.7), layout="constrained")
+    grid = figure.subplots(4, 4)
+    for column, scene in zip(grid.T, SCENES[1:], strict=True):
+        images = (noisy(scene), filtered(scene, OPEN), filtered(scene, ADAPTIVE), reference(scene))
+        for axes, image, label in zip(column, images, ("input", "report", "adaptive", "reference"), strict=True):
+            titled_picture(axes, image, scene, scene if label == "input" else "")
+            if scene == SCENES[1]:
+                axes.set_ylabel(label)
     numbers = {
         scene: {"noisy": unfiltered(scene), "report": error_of(scene, OPEN), "adaptive": error_of(scene, ADAPTIVE)}
         for scene in SCENES
@@ -105,7 +96,7 @@ def passes() -> tuple[Figure, dict]:
     """The image after one, two, three and four passes, and the errors of all scenes."""
     configs = [RPFConfig.technical_report(spikes="none", clustering=False, passes=tuple(range(k))) for k in range(1, 4)]
     configs.append(OPEN)
-    figure = Figure(figsize=(9.8, 5.2), layout="constrained")
+    figure = Figure(figsize=(9.8, 4.7), layout="constrained")
     grid = figure.subplots(2, 5)
     for axes, count in zip(grid[0], range(5), strict=True):
         image = filtered("dof", configs[count - 1]) if count else noisy("dof")
@@ -116,4 +107,4 @@ def passes() -> tuple[Figure, dict]:
         scene: error_of(scene, RPFConfig.technical_report(spikes="none", clustering=False, passes=(2, 3)))
         for scene in SCENES
     }
-    return figure, {"errors": errors, "only_17_and_7": alone, "colours": list(SCENE_COLOURS)}
+    return figure, {"errors": errors, "only_17_and_7": alone}
