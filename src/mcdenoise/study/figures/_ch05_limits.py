@@ -210,7 +210,7 @@ def cost() -> tuple[Figure, dict]:
     ways = {
         "scikit-learn, pair by pair": (lambda: all_pairs(scikit_pairs, levels), CHANCE),
         "NumPy, pair by pair": (lambda: all_pairs(information_of_pairs, levels), POSITION),
-        "numba, joint histograms": (lambda: all_pairs(compiled_pairs, levels), RANDOM),
+        "numba, counting bits": (lambda: all_pairs(compiled_pairs, levels), RANDOM),
         "cutting into bins (NumPy)": (lambda: levels_of(box), LIGHT),
     }
     seconds = shortest_times({name: run for name, (run, _) in ways.items()})
