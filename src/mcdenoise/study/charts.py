@@ -24,6 +24,8 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "*", "X")
 GREY = "#777777"
 CROP_COLOURS = ("#FFD700", "#00E5FF")
 SMALLEST_ERROR = 1e-9  # where a logarithmic axis needs a number for 0
+ABOVE_LABELS = 4  # zorder
+POINT_WEIGHT = 4  # a point must not be covered; a line may be, if need be
 Point = tuple[float, float, str, str]  # seconds, relMSE, label, colour
 Line = list[tuple[float, float]]
 CROP_SHARE = 4  # a crop is a quarter of the image's side
@@ -56,12 +58,15 @@ def speed_accuracy_figure(comparison: Comparison) -> Figure:
     whole, alone = figure.subplots(1, 2, width_ratios=(1.5, 1), sharey=True)
     errors = [max(result.relmse, SMALLEST_ERROR) for result in comparison.results]
     whole.set(yscale="log", ylim=(min(errors) / 1.5, max(errors) * 2.5))
-    _chart_whole(whole, comparison)
-    _chart_filters(alone, comparison)
+    charts = [(whole, *_chart_whole(whole, comparison)), (alone, *_chart_filters(alone, comparison))]
+    FigureCanvasAgg(figure)
+    figure.draw_without_rendering()  # lays out: labels are put where the points will be
+    for axes, points, lines in charts:
+        _label_points(axes, points, lines)
     return figure
 
 
-def _chart_whole(axes: Axes, comparison: Comparison) -> None:
+def _chart_whole(axes: Axes, comparison: Comparison) -> tuple[list[Point], list[Line]]:
     """Rendering and filtering together, the Monte Carlo line, the Pareto front."""
     unfiltered = comparison.unfiltered
     spp = comparison.spp * np.geomspace(1, 32, 64)
@@ -78,17 +83,17 @@ def _chart_whole(axes: Axes, comparison: Comparison) -> None:
     stairs = [place for pair in zip_longest(places, corners) for place in pair if place]
     axes.plot(*zip(*stairs, strict=True), color="black", linewidth=1, label="Pareto front")
     for result in (unfiltered, *comparison.rivals):
-        axes.plot(result.seconds, result.relmse, "o", color=GREY, markersize=5)
+        axes.plot(result.seconds, result.relmse, "o", color=GREY, markersize=5, zorder=ABOVE_LABELS)
     points = [(r.seconds, r.relmse, r.label, GREY) for r in (unfiltered, *comparison.rivals)]
     found, lines = _draw_filters(axes, comparison.filters, lambda result: result.seconds)
     points += found
     _log_axes(axes, points)
     axes.set(title="Rendering + filtering", xlabel="seconds", ylabel="relMSE (lower is better)")
     axes.legend(loc="upper right", frameon=False)
-    _label_points(axes, points, [*lines, stairs])
+    return points, [*lines, stairs]
 
 
-def _chart_filters(axes: Axes, comparison: Comparison) -> None:
+def _chart_filters(axes: Axes, comparison: Comparison) -> tuple[list[Point], list[Line]]:
     """The filters' own seconds."""
     points, lines = _draw_filters(axes, comparison.filters, lambda result: result.filter_seconds)
     _log_axes(axes, points)
@@ -104,7 +109,7 @@ def _chart_filters(axes: Axes, comparison: Comparison) -> None:
         fontsize=9,
     )
     axes.set(title=f"Filtering alone (median of {REPEATS} runs, fewer where slow)", xlabel="seconds")
-    _label_points(axes, points, [*lines, level])
+    return points, [*lines, level]
 
 
 def _draw_filters(
@@ -120,7 +125,7 @@ def _draw_filters(
         axes.plot(*zip(*places, strict=True), "-", color=colour, linewidth=1)
         lines.append(places)
         for result, place in zip(curve, places, strict=True):
-            axes.plot(*place, marker, color=colour, markersize=9)
+            axes.plot(*place, marker, color=colour, markersize=9, zorder=ABOVE_LABELS)
             points.append((*place, result.label if result is curve[-1] else result.point, colour))
     return points, lines
 
@@ -149,7 +154,7 @@ def _label_points(axes: Axes, points: list[Point], lines: list[Line]) -> None:
     places = [
         axes.transData.transform((seconds, max(error, SMALLEST_ERROR))) * dots - corner for seconds, error, *_ in points
     ]
-    taken = [(*(place - 5), *(place + 5)) for place in places]
+    taken = [(*(place - 5), *(place + 5)) for place in places] * POINT_WEIGHT
     for line in lines:
         taken += _boxes_along(axes.transData.transform(line) * dots - corner)
     for place, (seconds, error, label, colour) in sorted(zip(places, points, strict=True), key=lambda one: -one[1][1]):
@@ -165,6 +170,7 @@ def _label_points(axes: Axes, points: list[Point], lines: list[Line]) -> None:
             color=colour,
             fontsize=9,
         )
+        text.set_in_layout(False)
         text.set_path_effects([withStroke(linewidth=3, foreground="white")])
 
 
@@ -188,9 +194,9 @@ def _label_boxes(place: np.ndarray, label: str) -> list[tuple[tuple[float, ...],
     width, height = 5.4 * len(label), 11.0
     boxes = []
     for reach in (9.0, 18.0, 30.0, 45.0, 60.0):
-        for right, up in ((1, 0), (-1, 0), (1, -1), (1, 1), (-1, -1), (-1, 1)):
+        for right, up in ((1, 0), (-1, 0), (1, -1), (1, 1), (-1, -1), (-1, 1), (0, 1), (0, -1)):
             near = place + reach * np.array([right, up]) / np.hypot(right, up)
-            left = near[0] if right > 0 else near[0] - width
+            left = near[0] - width * (1 - right) / 2
             boxes.append(((left, near[1] - height / 2, left + width, near[1] + height / 2), reach))
     return boxes
 
