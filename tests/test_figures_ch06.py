@@ -53,9 +53,9 @@ def test_stored_errors_of_the_default_are_those_of_the_code(scene):
 
 
 def test_the_table_of_the_page_is_the_presets():
-    assert STORED["presets"]["table"] == switches.preset_rows()
+    assert STORED["presets"]["tables"] == switches.preset_tables()
     assert RPFConfig.adaptive() == data.ADAPTIVE
-    table = STORED["presets"]["table"].splitlines()
+    table = "\n".join(STORED["presets"]["tables"]).splitlines()
     (row,) = [line for line in table if line.startswith("| `alpha_start`")]
     cells = [cell.strip() for cell in row.split("|")[2:-1]]
     assert cells == [f"{config.alpha_start:g}" for config in data.PRESETS.values()]

@@ -103,7 +103,7 @@ HOT = {
     "sum_pairs": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, PLACE, ROW, PLACE),
     "weigh_patches": (ROW, PLACE, PLACE, ROW, PLACE, NUMBER),
     "multiply_by_likeness": (ROW, PLACE, PLACE, NUMBER, ROW),
-    "add_guide": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, types.float64),
+    "add_guide": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, types.float64, types.float64),
     "add_four": (ROW, ROW, PLACE, PLACE, PLACE, PLACE),
     "sums": (ROW, ROW, PLACE, PLACE),
     "add_three_weighted": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, PLACE, ROW, PLACE, PLACE, PLACE),

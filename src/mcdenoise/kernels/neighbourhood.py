@@ -1,4 +1,4 @@
-"""The samples around one pixel, drawn, tested and standardised: what `kernels.rpf` does first for every pixel.
+"""The samples around one pixel, drawn, tested and cut into bins: what `kernels.rpf` does first for every pixel.
 
 Random numbers are a function of (seed, pass, pixel, number of the draw), not of a generator that goes on: the same
 samples are drawn in whatever order, and by whatever thread, pixels are done.
@@ -46,72 +46,65 @@ def pixel_statistics(records, at, columns, n_f, spp, mean, deviation):
 
 
 @kernel
-def is_like(records, at, n_f, mean, reach):
-    """True if every feature of the record at `at` is within `reach` of the mean."""
-    k = ZERO
-    while k < n_f and abs(np.float64(records[at + k]) - mean[k]) <= reach[k]:
-        k += place(1)
-    return k == n_f
-
-
-@kernel
-def take(values, room, n, records, at, columns):
-    """Enter the record at `at` as the n-th sample: values[k room + n]."""
-    for k in range(ZERO, columns):
-        values[k * room + n] = records[at + k]
-
-
-@kernel
-def draw_samples(
-    values, room, taken, records, columns, n_f, mean, reach, y, x, height, width, spp, draws, key, table, first
-):
-    """Take `draws` samples of other pixels in the box around (y, x) that pass the test; return how many there are in all.
-
-    The samples of the pixel itself stand in front already. `taken` gets the number of each sample in the image.
-    """
+def draw_samples(taken, y, x, height, width, spp, draws, key, table, first):
+    """Enter the numbers of `draws` samples of other pixels of the box in `taken`, after those of the pixel itself."""
     half = (first.size - 2) // 2
     left, right = first[half - min(x, half)], first[half + min(width - 1 - x, half) + 1]
     top, bottom = first[half - min(y, half)], first[half + min(height - 1 - y, half) + 1]
-    count, number, drawn = spp, ZERO, 0
-    if height * width > 1:
-        while drawn < draws:
-            bits = random_bits(key, number)
-            number += place(1)
-            dx = table[left + np.int64(((bits & MASK_24) * place(right - left)) >> BITS_24)]
-            dy = table[top + np.int64((((bits >> BITS_24) & MASK_24) * place(bottom - top)) >> BITS_24)]
-            if dx != 0 or dy != 0:
-                drawn += 1
-                s = (bits >> BITS_48) * place(spp) >> BITS_16
-                sample = place((y + dy) * width + x + dx) * place(spp) + s
-                if is_like(records, sample * columns, n_f, mean, reach):
-                    take(values, room, place(count), records, sample * columns, columns)
-                    taken[count] = sample
-                    count += 1
+    wide, high = place(right - left), place(bottom - top)
+    count, number = spp, ZERO
+    while count < spp + draws:
+        bits = random_bits(key, number)
+        number += place(1)
+        dx = np.int64(table[left + np.int64(((bits & MASK_24) * wide) >> BITS_24)])
+        dy = np.int64(table[top + np.int64((((bits >> BITS_24) & MASK_24) * high) >> BITS_24)])
+        s = (bits >> BITS_48) * place(spp) >> BITS_16
+        taken[count] = place((y + dy) * width + x + dx) * place(spp) + s
+        count += dx != 0 or dy != 0
     return count
 
 
 @kernel
-def every_sample(values, room, taken, records, columns, n_f, mean, reach, y, x, height, width, spp, half):
+def every_sample(taken, y, x, height, width, spp, half):
     """As `draw_samples`, with every sample of the box once, row by row."""
     count = spp
     for other_y in range(max(y - half, 0), min(y + half + 1, height)):
         for other_x in range(max(x - half, 0), min(x + half + 1, width)):
             if other_y != y or other_x != x:
                 for s in range(spp):
-                    sample = place((other_y * width + other_x) * spp + s)
-                    if is_like(records, sample * columns, n_f, mean, reach):
-                        take(values, room, place(count), records, sample * columns, columns)
-                        taken[count] = sample
-                        count += 1
+                    taken[count] = place((other_y * width + other_x) * spp + s)
+                    count += 1
     return count
 
 
 @kernel
-def standardise(values, at, count, codes, codes_at, half):
-    """Subtract the mean of a row and divide by its standard deviation; a constant row becomes 0.
+def keep_alike(taken, spp, count, records, columns, n_f, mean, reach):
+    """Keep the samples whose features are all within `reach` of the mean, and those of the pixel; return how many."""
+    kept = spp
+    for n in range(spp, count):
+        sample, far = taken[n], False
+        for k in range(ZERO, n_f):
+            far |= abs(np.float64(records[sample * columns + k]) - mean[k]) > reach[k]
+        taken[kept] = sample
+        kept += not far
+    return kept
 
-    Enters the nearest whole numbers, clamped to +-half and counted from -half, in `codes`; returns the least and the
-    greatest of them.
+
+@kernel
+def gather(values, room, taken, count, records, columns):
+    """Enter the records of the samples in rows of one number each: values[k room + n]."""
+    for n in range(ZERO, count):
+        at = taken[n] * columns
+        for k in range(ZERO, columns):
+            values[k * room + n] = records[at + k]
+
+
+@kernel
+def cut(values, at, count, codes, codes_at, half):
+    """Cut a row into bins of one standard deviation: the nearest whole number of deviations from the mean, +-half at most.
+
+    Enters them, counted from -half, in `codes`; returns the least and the greatest of them, the mean, and one over the
+    standard deviation. A row that is constant but for rounding has 0 there, and one bin.
     """
     first, total, squares, largest = np.float64(values[at]), 0.0, 0.0, np.float32(0)
     for n in range(ZERO, count):
@@ -130,6 +123,4 @@ def standardise(values, at, count, codes, codes_at, half):
         code = np.int32(np.rint(min(max(z, -limit), limit))) + middle
         least, most = min(least, code), max(most, code)
         codes[codes_at + n] = np.uint8(code)
-    for n in range(ZERO, count):
-        values[at + n] = np.float32((np.float64(values[at + n]) - first - mean) * scale)
-    return place(least), place(most), scale
+    return place(least), place(most), first + mean, scale

@@ -1,6 +1,6 @@
 """The fast twin of random parameter filtering: one pass over some rows of the image, all pixels in parallel.
 
-Each pixel reads the samples of its neighbourhood into rows of one number each (standardised), counts them into mutual
+Each pixel reads the samples of its neighbourhood into rows of one number each, cuts them into bins, counts them into mutual
 information, and blends. Samples are records of features, radiance, screen position, random parameters, in this order.
 """
 
@@ -15,12 +15,13 @@ from numba import prange
 from mcdenoise.kernels.dependency import n_log_n, pair_information, set_rows
 from mcdenoise.kernels.jit import kernel
 from mcdenoise.kernels.neighbourhood import (
+    cut,
     draw_samples,
     every_sample,
+    gather,
+    keep_alike,
     pixel_key,
     pixel_statistics,
-    standardise,
-    take,
 )
 from mcdenoise.kernels.rows import ZERO, exp2, place
 
@@ -137,13 +138,13 @@ def filter_row(y, records, radiance, filtered, maps, limits, gains, noise, table
     room = place((most + 63) // 64 * 64 + 64)  # whole words; not a power of two, so that rows do not share cache lines
     values = np.empty(columns * room, np.float32)
     codes = np.empty(columns * room, np.uint8)
-    taken = np.empty(most, np.uint64)
+    taken = np.empty(most + 1, np.uint64)
     rows = np.empty((columns * place(sizes.levels) + FOUR) * (room // WORD), np.uint64)
     counts = np.empty((columns, place(sizes.levels)), np.uint64)
     number, starts = np.empty(columns, np.uint64), np.empty(columns, np.uint64)
     rest = np.empty(sizes.levels + 4, np.uint64)
     mean, reach = np.empty(n_f), np.empty(n_f)
-    scales = np.empty(columns)
+    means, scales = np.empty(columns), np.empty(columns)
     dependency = np.empty((n_f + place(3), n_f + n_r + place(2)))
     weights, shares = np.empty(n_f + place(3)), np.zeros(n_f + place(3))
     guide = np.empty((columns + FOUR) * room, np.float32)
@@ -160,30 +161,20 @@ def filter_row(y, records, radiance, filtered, maps, limits, gains, noise, table
                 limits[k] * reach[k] if reach[k] > dials.tolerance else max(limits[k] * reach[k], dials.tolerance)
             )
         for s in range(ZERO, spp):
-            take(values, room, s, records, (own + s) * columns, columns)
             taken[s] = own + s
         if sizes.draws >= 0:
             key = pixel_key(sizes.seed, sizes.turn, pixel)
-            samples = draw_samples(
-                values, room, taken, records, columns, n_f, mean, reach,
-                y, x, sizes.height, width, sizes.spp, sizes.draws, key, table, first,
-            )  # fmt: skip
+            samples = draw_samples(taken, y, x, sizes.height, width, sizes.spp, sizes.draws, key, table, first)
         else:
-            samples = every_sample(
-                values, room, taken, records, columns, n_f, mean, reach,
-                y, x, sizes.height, width, sizes.spp, sizes.half,
-            )  # fmt: skip
+            samples = every_sample(taken, y, x, sizes.height, width, sizes.spp, sizes.half)
+        if dials.tolerance < np.inf:
+            samples = keep_alike(taken, sizes.spp, samples, records, columns, n_f, mean, reach)
         count = place(samples)
+        gather(values, room, taken, count, records, columns)
         words = (count + WORD - ONE) // WORD
-        active = ZERO
-        if sizes.draws < 0 and dials.sigma_space < np.inf:  # screen position as it is, before it is standardised
-            for k in range(n_f + place(3), n_f + place(5)):
-                active = add_guide(
-                    guide, active, room, values, k * room, count, np.sqrt(LOG2_E / 2) / dials.sigma_space
-                )
         at = ZERO
-        for k in range(ZERO, columns):
-            least, greatest, scales[k] = standardise(values, k * room, count, codes, k * room, sizes.levels // 2)
+        for k in range(ZERO, columns if find_levels else n_f + place(3)):
+            least, greatest, means[k], scales[k] = cut(values, k * room, count, codes, k * room, sizes.levels // 2)
             if find_levels:
                 starts[k] = at
                 number[k] = set_rows(rows, at, words, counts[k], codes, k * room, count, least, greatest)
@@ -191,13 +182,19 @@ def filter_row(y, records, radiance, filtered, maps, limits, gains, noise, table
         if find_levels:
             measure(dependency, n_f, n_r, rows, words, starts, number, counts, rest, logs, count, dials.chance)
         share = set_weights(weights, shares, dependency, n_f, n_r, gains, dials)
-        scale = (1 - share) ** 2 * LOG2_E
+        certain = (1 - share) ** 2 * LOG2_E
+        active = ZERO
         for k in range(ZERO, n_f + place(3)):
-            if weights[k] > 0:
+            if weights[k] > 0 and scales[k] > 0:
                 widened = 1 / dials.precision + 2 * dials.noise_gain * shares[k] * noise[pixel, k] * scales[k] ** 2
-                active = add_guide(guide, active, room, values, k * room, count, np.sqrt(weights[k] * scale / widened))
+                scale = scales[k] * np.sqrt(weights[k] * certain / widened)
+                active = add_guide(guide, active, room, values, k * room, count, means[k], scale)
+        if sizes.draws < 0:  # distance on the screen, in units of sigma_p
+            scale = np.sqrt(LOG2_E / 2) / dials.sigma_space
+            for k in range(n_f + place(3), n_f + place(5)):
+                active = add_guide(guide, active, room, values, k * room, count, np.float64(values[k * room]), scale)
         while active % FOUR != ZERO:
-            active = add_guide(guide, active, room, values, ZERO, count, 0.0)
+            active = add_guide(guide, active, room, values, ZERO, count, 0.0, 0.0)
         for k in range(ZERO, count):
             for c in range(ZERO, place(3)):
                 colour[c * room + k] = radiance[taken[k] * place(3) + c]
@@ -212,11 +209,11 @@ def filter_row(y, records, radiance, filtered, maps, limits, gains, noise, table
 
 
 @kernel
-def add_guide(guide, active, room, values, at, count, scale):
-    """Enter a row, scaled, as the next guide; return how many guides there are."""
-    scale = np.float32(scale)
+def add_guide(guide, active, room, values, at, count, centre, scale):
+    """Enter a row, less `centre` and times `scale`, as the next guide; return how many guides there are."""
+    centre, scale = np.float32(centre), np.float32(scale)
     for n in range(ZERO, count):
-        guide[active * room + n] = values[at + n] * scale
+        guide[active * room + n] = (values[at + n] - centre) * scale
     return active + ONE
 
 

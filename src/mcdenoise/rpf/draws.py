@@ -26,7 +26,7 @@ def offset_table(box: int, sigma: float) -> np.ndarray:
     below = np.array([erf(edge / (sigma * np.sqrt(2))) for edge in edges])
     share = np.cumsum(np.diff(below)) / (below[-1] - below[0])
     middle = (np.arange(1 << TABLE_BITS) + 0.5) / (1 << TABLE_BITS)
-    return (np.searchsorted(share, middle) - half).astype(np.int64)
+    return (np.searchsorted(share, middle) - half).astype(np.int16)
 
 
 def first_entries(table: np.ndarray, box: int) -> np.ndarray:

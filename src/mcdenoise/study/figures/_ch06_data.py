@@ -65,13 +65,7 @@ def analysis(scene: str, config: RPFConfig, turn: int) -> RPFAnalysis:
 
 
 def without(scene: str, start: str) -> tuple[str, ...]:
-    """The random parameters of a scene but for those whose names begin so.
-
-    Examples
-    --------
-    >>> without.__name__
-    'without'
-    """
+    """The random parameters of a scene but for those whose names begin so."""
     return tuple(name for name in samples(scene).random_param_names if not name.startswith(start))
 
 
