@@ -22,6 +22,8 @@ NOISY, SMOOTH = 0.02, 0.002  # sigma_8 squared
 class RPFConfig:
     """Every constant of `mcd.rpf`. Start from a preset, and name what is to differ: ``RPFConfig.lecture(clustering=False)``.
 
+    `preset_table` prints where the presets differ.
+
     Attributes
     ----------
     boxes : side of the neighbourhood in each pass, pixels, odd
