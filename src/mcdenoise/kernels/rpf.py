@@ -135,7 +135,7 @@ def filter_row(y, records, radiance, filtered, maps, limits, gains, noise, table
     columns = n_f + place(5) + n_r
     box = (2 * sizes.half + 1) ** 2 * sizes.spp
     most = sizes.spp + sizes.draws if sizes.draws >= 0 else box
-    room = place((most + 63) // 64 * 64 + 64)  # whole words; not a power of two, so that rows do not share cache lines
+    room = place((most + 63) // 64 * 64)  # whole words of bits
     values = np.empty(columns * room, np.float32)
     codes = np.empty(columns * room, np.uint8)
     taken = np.empty(most + 1, np.uint64)
@@ -157,18 +157,9 @@ def filter_row(y, records, radiance, filtered, maps, limits, gains, noise, table
         own = pixel * spp
         pixel_statistics(records, own * columns, columns, n_f, spp, mean, reach)
         for k in range(n_f):
-            reach[k] = (
-                limits[k] * reach[k] if reach[k] > dials.tolerance else max(limits[k] * reach[k], dials.tolerance)
-            )
-        for s in range(ZERO, spp):
-            taken[s] = own + s
-        if sizes.draws >= 0:
-            key = pixel_key(sizes.seed, sizes.turn, pixel)
-            samples = draw_samples(taken, y, x, sizes.height, width, sizes.spp, sizes.draws, key, table, first)
-        else:
-            samples = every_sample(taken, y, x, sizes.height, width, sizes.spp, sizes.half)
-        if dials.tolerance < np.inf:
-            samples = keep_alike(taken, sizes.spp, samples, records, columns, n_f, mean, reach)
+            far = limits[k] * reach[k]
+            reach[k] = far if reach[k] > dials.tolerance else max(far, dials.tolerance)
+        samples = choose(taken, y, x, sizes, dials, table, first, records, columns, mean, reach)
         count = place(samples)
         gather(values, room, taken, count, records, columns)
         words = (count + WORD - ONE) // WORD
@@ -182,19 +173,9 @@ def filter_row(y, records, radiance, filtered, maps, limits, gains, noise, table
         if find_levels:
             measure(dependency, n_f, n_r, rows, words, starts, number, counts, rest, logs, count, dials.chance)
         share = set_weights(weights, shares, dependency, n_f, n_r, gains, dials)
-        certain = (1 - share) ** 2 * LOG2_E
-        active = ZERO
-        for k in range(ZERO, n_f + place(3)):
-            if weights[k] > 0 and scales[k] > 0:
-                widened = 1 / dials.precision + 2 * dials.noise_gain * shares[k] * noise[pixel, k] * scales[k] ** 2
-                scale = scales[k] * np.sqrt(weights[k] * certain / widened)
-                active = add_guide(guide, active, room, values, k * room, count, means[k], scale)
-        if sizes.draws < 0:  # distance on the screen, in units of sigma_p
-            scale = np.sqrt(LOG2_E / 2) / dials.sigma_space
-            for k in range(n_f + place(3), n_f + place(5)):
-                active = add_guide(guide, active, room, values, k * room, count, np.float64(values[k * room]), scale)
-        while active % FOUR != ZERO:
-            active = add_guide(guide, active, room, values, ZERO, count, 0.0, 0.0)
+        active = set_guides(
+            guide, room, values, count, n_f, weights, shares, share, means, scales, noise[pixel], sizes, dials
+        )
         for k in range(ZERO, count):
             for c in range(ZERO, place(3)):
                 colour[c * room + k] = radiance[taken[k] * place(3) + c]
@@ -206,6 +187,41 @@ def filter_row(y, records, radiance, filtered, maps, limits, gains, noise, table
                 filtered[(own + s) * place(3) + c] = blended[s, c]
         if maps.size:
             enter(maps, pixel, weights, shares, dependency, n_f, n_r, share, samples)
+
+
+@kernel
+def choose(taken, y, x, sizes, dials, table, first, records, columns, mean, reach):
+    """Enter the numbers of the samples of one neighbourhood in `taken`, those of the pixel first; return how many."""
+    spp, pixel = sizes.spp, y * sizes.width + x
+    for s in range(spp):
+        taken[s] = place(pixel * spp + s)
+    if sizes.draws >= 0:
+        key = pixel_key(sizes.seed, sizes.turn, pixel)
+        samples = draw_samples(taken, y, x, sizes.height, sizes.width, spp, sizes.draws, key, table, first)
+    else:
+        samples = every_sample(taken, y, x, sizes.height, sizes.width, spp, sizes.half)
+    if dials.tolerance < np.inf:
+        samples = keep_alike(taken, spp, samples, records, columns, place(sizes.n_f), mean, reach)
+    return samples
+
+
+@kernel
+def set_guides(guide, room, values, count, n_f, weights, shares, share, means, scales, noise, sizes, dials):
+    """Enter the rows that count, scaled so that a weight is 2^-distance; return how many, a multiple of four."""
+    certain = (1 - share) ** 2 * LOG2_E
+    active = ZERO
+    for k in range(ZERO, n_f + place(3)):
+        if weights[k] > 0 and scales[k] > 0:
+            widened = 1 / dials.precision + 2 * dials.noise_gain * shares[k] * noise[k] * scales[k] ** 2
+            scale = scales[k] * np.sqrt(weights[k] * certain / widened)
+            active = add_guide(guide, active, room, values, k * room, count, means[k], scale)
+    if sizes.draws < 0:  # distance on the screen, in units of sigma_p
+        scale = np.sqrt(LOG2_E / 2) / dials.sigma_space
+        for k in range(n_f + place(3), n_f + place(5)):
+            active = add_guide(guide, active, room, values, k * room, count, np.float64(values[k * room]), scale)
+    while active % FOUR != ZERO:
+        active = add_guide(guide, active, room, values, ZERO, count, 0.0, 0.0)
+    return active
 
 
 @kernel
