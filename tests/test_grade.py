@@ -289,10 +289,10 @@ def test_the_solutions_of_a_chapter_get_full_points(number):
 
 def _with_reference(source):
     """The cell with the text of the module in place of the import of a reference."""
-    found = re.search(r"^from mcdenoise\.filters\.(?!window)(\w+) import .*$", source, re.MULTILINE)
+    found = re.search(r"^from mcdenoise\.(filters|rpf)\.(?!window)(\w+) import .*$", source, re.MULTILINE)
     if not found:
         return source
-    module = (ROOT / "src" / "mcdenoise" / "filters" / f"{found[1]}.py").read_text()
+    module = (ROOT / "src" / "mcdenoise" / found[1] / f"{found[2]}.py").read_text()
     return module.replace("from __future__ import annotations", "") + source.replace(found[0], "")
 
 

@@ -79,7 +79,7 @@ def feature_limits(samples: SampleBuffer) -> np.ndarray:
     return limits
 
 
-def is_like(features: np.ndarray, own: np.ndarray, limits: np.ndarray, tolerance: float = TOLERANCE) -> np.ndarray:
+def is_like(features: np.ndarray, own: np.ndarray, limits: np.ndarray, tolerance: float) -> np.ndarray:
     """Whether each sample is of the kind of the pixel: the clustering of [SD12].
 
     A sample is left out if for any feature k, with mean m_k and standard deviation s_k over the pixel's own samples,
@@ -88,7 +88,7 @@ def is_like(features: np.ndarray, own: np.ndarray, limits: np.ndarray, tolerance
     Parameters
     ----------
     features : (n, n_f) of the samples to be judged. own : (spp, n_f) of the pixel. limits : (n_f,), standard deviations.
-    tolerance : in the unit of the feature.
+    tolerance : in the unit of the feature; published: 0.1.
 
     Returns
     -------
@@ -97,7 +97,7 @@ def is_like(features: np.ndarray, own: np.ndarray, limits: np.ndarray, tolerance
     Examples
     --------
     >>> own = np.array([[0.0], [1.0]])
-    >>> is_like(np.array([[0.5], [1.9], [2.1]]), own, limits=np.array([3.0]))
+    >>> is_like(np.array([[0.5], [1.9], [2.1]]), own, limits=np.array([3.0]), tolerance=0.1)
     array([ True,  True, False])
     """
     ### BEGIN SOLUTION

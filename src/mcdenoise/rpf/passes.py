@@ -179,8 +179,9 @@ def look(job: Job, pixel: tuple[int, int], turn: int) -> Pixel:
     draws = None if config.deterministic else config.draws(turn, samples.spp)
     chosen = choose_samples(size, pixel, box, draws, job.seed, turn)
     features = samples.features[tuple(chosen.T)].astype(np.float64)
-    own = np.arange(len(chosen)) < samples.spp
-    accepted = own | is_like(features, features[: samples.spp], job.limits) if config.clustering else np.ones_like(own)
+    accepted = np.ones(len(chosen), bool)
+    if config.clustering:
+        accepted[samples.spp :] = is_like(features[samples.spp :], features[: samples.spp], job.limits, TOLERANCE)
     places = tuple(chosen[accepted].T)
     blocks = (job.samples.screen_position, samples.random_params, features[accepted], job.radiance[places])
     p, r = (block[places].astype(np.float64) for block in blocks[:2])
