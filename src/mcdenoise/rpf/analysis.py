@@ -13,7 +13,7 @@ from mcdenoise.rpf.dependency import Dependency
 from mcdenoise.rpf.passes import Job, look, prepare, quiet, run_kernel
 from mcdenoise.samples import SampleBuffer
 from mcdenoise.samples.gate import check_count
-from mcdenoise.samples.layout import Layout
+from mcdenoise.samples.layout import Field, Layout
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,14 +53,10 @@ class RPFAnalysis:
 
     def __getitem__(self, name: str) -> np.ndarray:
         """W_{c,k}^{r,l} of a random parameter, W_{f,k}^r of a feature."""
-        for field in self.layout.random_params:
-            if field.name == name:
-                return self.share_c_r_each[..., field.columns].sum(axis=-1)
-        for field in self.layout.features:
-            if field.name == name:
-                return self.share_f_r[..., field.columns]
-        known = [field.name for field in (*self.layout.random_params, *self.layout.features)]
-        raise KeyError(f"There is no {name!r} here; there is: {', '.join(known) or 'nothing'}.")
+        kind, field = _find(self.layout, name)
+        if kind == "random_params":
+            return self.share_c_r_each[..., field.columns].sum(axis=-1)
+        return self.share_f_r[..., field.columns]
 
 
 def rpf_analysis(
@@ -156,13 +152,8 @@ class Neighbourhood:
 
     def __getitem__(self, name: str) -> np.ndarray:
         """One field by its name."""
-        for kind in ("random_params", "features"):
-            for field in getattr(self.layout, kind):
-                if field.name == name:
-                    block = getattr(self, kind)[:, field.columns]
-                    return block[:, 0] if field.channels == 1 else block
-        known = [field.name for field in (*self.layout.random_params, *self.layout.features)]
-        raise KeyError(f"There is no {name!r} here; there is: {', '.join(known) or 'nothing'}.")
+        kind, field = _find(self.layout, name)
+        return getattr(self, kind)[:, field.start if field.channels == 1 else field.columns]
 
 
 def rpf_neighbourhood(
@@ -217,6 +208,14 @@ def rpf_neighbourhood(
         share_f_r=seen.weights.share_f_r,
         layout=job.samples.layout,
     )
+
+
+def _find(layout: Layout, name: str) -> tuple[str, Field]:
+    """Return the kind and the field of a name, or say which there are."""
+    if found := layout.find(name):
+        return found
+    known = [field.name for field in (*layout.random_params, *layout.features)]
+    raise KeyError(f"There is no {name!r} here; there is: {', '.join(known) or 'nothing'}.")
 
 
 def _check_pass(pass_: object, job: Job) -> int:

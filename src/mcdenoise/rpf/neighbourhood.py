@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from mcdenoise.rpf.dependency import CONSTANT
 from mcdenoise.rpf.draws import first_entries, offset_table, pixel_key, random_bits
 from mcdenoise.samples import SampleBuffer
 
 TOLERANCE = 0.1  # a feature this near the mean of the pixel is never far
 FAR, FAR_POSITION = 3.0, 30.0  # standard deviations, for features and for world positions
-CONSTANT = 1e-6  # a standard deviation below this share of the largest value is rounding of float32
 
 
 def choose_samples(

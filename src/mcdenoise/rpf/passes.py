@@ -196,7 +196,7 @@ def look(job: Job, pixel: tuple[int, int], turn: int) -> Pixel:
 
 def measure(p: np.ndarray, r: np.ndarray, f: np.ndarray, c: np.ndarray, config: RPFConfig) -> Dependency:
     """Dependency of the accepted samples, less what chance alone gives: (bins_x - 1) (bins_y - 1) / (2 n) nats, a pair."""
-    p, r, f, c = (quantise(standardise(block)[0], config.levels) for block in (p, r, f, c))
+    p, r, f, c = (quantise(block, config.levels) for block in (p, r, f, c))
 
     def pairs(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         bins_x, bins_y = (np.array([len(np.unique(column)) - 1 for column in one.T]) for one in (x, y))

@@ -41,9 +41,7 @@ def falling(share: np.ndarray, gain: float) -> np.ndarray:
     >>> falling(np.array([0.0, 0.25, 0.75]), gain=2)
     array([1. , 0.5, 0. ])
     """
-    ### BEGIN SOLUTION
     return np.maximum(1 - gain * share, 0)
-    ### END SOLUTION
 
 
 def weights_of(found: Dependency, config: RPFConfig, turn: int, gains: np.ndarray) -> Weights:

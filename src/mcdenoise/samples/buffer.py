@@ -141,10 +141,9 @@ class SampleBuffer:
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a read-only view of one field: (h, w, spp, channels), or (h, w, spp) for a single number."""
-        for block, fields in ((self.random_params, self.layout.random_params), (self.features, self.layout.features)):
-            for field in fields:
-                if field.name == name:
-                    return block[..., field.start] if field.channels == 1 else block[..., field.columns]
+        if found := self.layout.find(name):
+            kind, field = found
+            return getattr(self, kind)[..., field.start if field.channels == 1 else field.columns]
         if name in ("radiance", "screen_position", "hit"):
             return getattr(self, name)
         has = ("radiance", "screen_position", "hit", *self.random_param_names, *self.feature_names)

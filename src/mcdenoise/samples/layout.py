@@ -82,6 +82,20 @@ class Layout:
         ]
         return "\n".join([f"{'kind':14}{'name':18}columns unit", *lines])
 
+    def find(self, name: str) -> tuple[str, Field] | None:
+        """Return the kind and the field of a name, None if there is no such name.
+
+        Examples
+        --------
+        >>> Layout.of({"lens_u": 1}, {"albedo": 3}).find("albedo")[0]
+        'features'
+        """
+        for kind in ("random_params", "features"):
+            for field in getattr(self, kind):
+                if field.name == name:
+                    return kind, field
+        return None
+
     def chosen(self, kind: str, names: object) -> tuple[Field, ...]:
         """Return the fields of `kind` that `names` lists, in that order; all of them for None.
 
