@@ -10,6 +10,7 @@ array([[0.5, 0.5, 0.5, 0.5]])
 
 from importlib import import_module
 
+from mcdenoise import nn
 from mcdenoise.filters import (
     bilateral,
     cross_bilateral,
@@ -55,6 +56,7 @@ __all__ = [
     "cross_bilateral",
     "dependency",
     "dependency_of",
+    "draw_graph",
     "gaussian",
     "half_means",
     "joint_nlm",
@@ -62,6 +64,7 @@ __all__ = [
     "mse",
     "mutual_information",
     "nlm",
+    "nn",
     "noise_variance",
     "pixel_mean",
     "prefilter_features",
@@ -77,8 +80,10 @@ __all__ = [
     "safe_albedo",
     "sample_variance",
     "scene_names",
+    "show_decision",
     "show_difference",
     "show_images",
+    "show_neurons",
     "slider",
     "squared_error_map",
     "ssim",
@@ -89,8 +94,11 @@ __all__ = [
 # What draws or checks is loaded when first asked for: matplotlib takes a second.
 _LOADED_LATER = {
     "check": "mcdenoise.classroom.checking.check",
+    "draw_graph": "mcdenoise.study.graph",
+    "show_decision": "mcdenoise.study.neurons",
     "show_difference": "mcdenoise.study.show",
     "show_images": "mcdenoise.study.show",
+    "show_neurons": "mcdenoise.study.neurons",
     "slider": "mcdenoise.study.slider",
 }
 
