@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mcdenoise.nn.gradguess import guess_numbers, guess_shape
 from mcdenoise.nn.layers import Layer
 from mcdenoise.nn.losses import Loss
 from mcdenoise.nn.network import MLP
@@ -19,9 +20,11 @@ from mcdenoise.samples.gate import check_bandwidth, check_nonfinite
 
 SMALL = 4096  # entries of the Jacobian: up to there all are compared
 ENTRIES = 512  # numbers of an input: above, differences are taken along random directions
+LARGE = 1_000_000  # entries of the Jacobian: above, likewise
 DIRECTIONS = 3
 STEP = 6e-6  # the cube root of float64's precision: rounding and curvature err about equally
 ROUNDING = 8e-16
+KINK = 1e-2  # relative; a smooth function's slope changes by about STEP
 
 
 class GradientError(AssertionError):
@@ -127,13 +130,17 @@ class _Check:
     def differences(self, name: str) -> tuple[np.ndarray | None, np.ndarray]:
         """Return the directions (None: each number by itself) and dy along each, (directions, *y.shape)."""
         x = self.inputs[name]
-        if x.size <= ENTRIES:
-            steps = STEP * np.maximum(1.0, np.abs(x))
-            return None, np.array([self.central(name, place, steps[place]) for place in np.ndindex(x.shape)]).reshape(
-                x.size, *self.y.shape
-            )
+        if x.size <= ENTRIES and x.size * self.y.size <= LARGE:
+            return None, self.jacobian(name, list(np.ndindex(x.shape)))
         along = self.rng.standard_normal((DIRECTIONS, *x.shape)) / np.sqrt(x.size)
         return along, np.array([self.central(name, slice(None), STEP * one, STEP) for one in along])
+
+    def jacobian(self, name: str, places: list[tuple[int, ...]]) -> np.ndarray:
+        """dy / d number at some places of an input, (places, *y.shape)."""
+        x = self.inputs[name]
+        steps = STEP * np.maximum(1.0, np.abs(x))
+        change = [self.central(name, place, steps[place]) for place in places]
+        return np.array(change).reshape(len(places), *self.y.shape)
 
     def central(self, name: str, place, step, length: float | None = None) -> np.ndarray:
         """(f(x + step) - f(x - step)) / 2 length."""
@@ -146,8 +153,8 @@ class _Check:
 
     def forward(self, inputs: dict[str, np.ndarray], watch: bool = False) -> tuple[np.ndarray, Any]:
         """Run forward on copies."""
-        copies = {name: array.copy() for name, array in inputs.items()}
-        result = self.pair.forward(**copies, **self.fixed)
+        copies = {name: array.copy() for name, array in (inputs | self.fixed).items()}
+        result = self.call("forward", lambda: self.pair.forward(**copies))
         if not (isinstance(result, tuple) and len(result) == 2):
             raise GradientError(f"{self.name}: forward must return (y, saved), got {type(result).__name__}.")
         if watch:
@@ -174,7 +181,8 @@ class _Check:
 
     def gradients(self, d_y: np.ndarray) -> dict[str, np.ndarray]:
         """What backward returns, as a dict of float64 arrays, copied."""
-        found = self.pair.backward(d_y.copy() if d_y.ndim else float(d_y), self.saved)
+        upstream = d_y.copy() if d_y.ndim else float(d_y)
+        found = self.call("backward", lambda: self.pair.backward(upstream, self.saved))
         if not isinstance(found, Mapping):
             found = found if isinstance(found, tuple) else (found,)
             if len(found) != len(self.inputs):
@@ -185,10 +193,21 @@ class _Check:
             raise GradientError(f"{self.name}: there is no gradient of {', '.join(missing)}.")
         return {name: np.array(found[name], np.float64) for name in self.inputs}
 
+    def call(self, which: str, run: Callable[[], Any]) -> Any:
+        """Run a pass; what goes wrong inside is said with the shapes that came in."""
+        try:
+            return run()
+        except (ValueError, TypeError, IndexError, KeyError) as error:
+            shapes = {name: array.shape for name, array in self.inputs.items()}
+            if which == "backward":
+                shapes["d_y"] = self.y.shape
+            words = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+            raise GradientError(f"{self.name}: {which} failed with {words}: {error}") from error
+
     def unchanged(self, which: str) -> None:
         """Refuse a pass that changed an input."""
         for name, array in self.copies.items():
-            if not np.array_equal(array, self.inputs[name]):
+            if not np.array_equal(array, (self.inputs | self.fixed)[name]):
                 raise GradientError(
                     f"{self.name}: {which} overwrites its input {name}. What was saved for backward is wrong then; work on "
                     f"a copy."
@@ -199,7 +218,7 @@ class _Check:
         x, gradient = self.inputs[name], received[name]
         where = f"{self.name}: gradient of {name}, shape {x.shape}"
         if gradient.shape != x.shape:
-            raise GradientError(f"{where}: received shape {gradient.shape}. {_guess_shape(gradient, x.shape)}".strip())
+            raise GradientError(f"{where}: received shape {gradient.shape}. {guess_shape(gradient, x.shape)}".strip())
         if not np.isfinite(gradient).all():
             place = tuple(int(k) for k in np.argwhere(~np.isfinite(gradient))[0])
             raise GradientError(f"{where}: NaN or infinity, first at {list(place)}.")
@@ -216,60 +235,40 @@ class _Check:
 
     def explain(self, name: str, received: np.ndarray, d_y: np.ndarray) -> str:
         """Say where it is worst, and guess why; of a large input only the first numbers are looked at."""
-        x = self.inputs[name]
-        steps = STEP * np.maximum(1.0, np.abs(x))
-        places = list(islice(np.ndindex(x.shape), ENTRIES))
-        expected = np.array([np.sum(self.central(name, place, steps[place]) * d_y) for place in places])
+        places = list(islice(np.ndindex(received.shape), ENTRIES if self.y.size * ENTRIES <= LARGE else 1))
+        change = self.jacobian(name, places)
+        expected = np.tensordot(change, d_y, d_y.ndim)
         found = np.array([received[place] for place in places])
         worst = int(np.argmax(np.abs(found - expected)))
         text = f"worst at {list(places[worst])}: received {found[worst]:.4g}, expected {expected[worst]:.4g}."
         if np.count_nonzero(d_y) == 1 and d_y.size > 1:
-            place = [int(k) for k in np.argwhere(d_y)[0]]
-            text = f"for output {place} alone, {text}"
-        whole = expected.reshape(x.shape) if len(places) == x.size else None
-        guess = _guess(found, expected, received, whole, d_y) or self.ignores(name, d_y)
+            text = f"for output {[int(k) for k in np.argwhere(d_y)[0]]} alone, {text}"
+        guess = (
+            self.kink(name, places[worst], d_y)
+            or guess_numbers(found, expected, change, d_y, received)
+            or self.ignores(name, d_y)
+        )
         return f"{text} {guess}".strip()
+
+    def kink(self, name: str, place: tuple[int, ...], d_y: np.ndarray) -> str:
+        """Notice that the slopes before and behind a place differ: no gradient could be right there."""
+        sides = []
+        for step in (-STEP, STEP):
+            moved = self.inputs[name].copy()
+            moved[place] += step
+            sides.append(float(np.sum((self.forward({**self.inputs, name: moved})[0] - self.y) * d_y)) / step + 0.0)
+        largest = max(map(abs, sides))
+        if abs(sides[1] - sides[0]) <= KINK * largest:
+            return ""
+        return (
+            f"The function has a kink there: its slope is {sides[0]:.4g} before and {sides[1]:.4g} behind. Check at other "
+            f"inputs."
+        )
 
     def ignores(self, name: str, d_y: np.ndarray) -> str:
         """Notice a backward pass that does not multiply by d_y."""
         same = np.allclose(self.gradients(2 * d_y)[name], self.gradients(d_y)[name], rtol=1e-9)
         return "It does not depend on d_y: the chain rule multiplies by it." if same else ""
-
-
-def _guess(found, expected, received, whole, d_y) -> str:
-    """Guess which of the usual mistakes explains the numbers."""
-
-    def like(one: np.ndarray, other: np.ndarray) -> bool:
-        return bool(np.linalg.norm(one - other) <= 1e-4 * np.linalg.norm(other))
-
-    if not found.any():
-        return "All zero: does d_y arrive?"
-    if like(found, -expected):
-        return "The sign is flipped."
-    if whole is not None and whole.ndim == 2 and whole.shape[0] == whole.shape[1] and like(received, whole.T):
-        return "It is the transpose of what is expected: is a matrix the wrong way round?"
-    factor = float(found @ expected) / max(float(expected @ expected), 1e-300)
-    if factor and like(found, factor * expected):
-        rows = d_y.shape[0] if d_y.ndim else 1
-        if np.isclose(factor, 0.5, rtol=1e-4):
-            return "Half of what is expected: is a factor of 2 missing?"
-        if np.isclose(factor, 2, rtol=1e-4):
-            return "Twice what is expected: is there a factor of 2 too many?"
-        if rows > 1 and np.isclose(factor, 1 / rows, rtol=1e-4):
-            return f"A {rows}th of what is expected: the batch has {rows} rows, a mean in place of their sum?"
-        return f"A constant factor of {factor:.4g}."
-    if received.shape == d_y.shape and like(received, d_y):
-        return "It is d_y itself: the local gradient is missing."
-    return ""
-
-
-def _guess_shape(received: np.ndarray, shape: tuple[int, ...]) -> str:
-    """Guess why a gradient has another shape than its input."""
-    if received.ndim == len(shape) + 1 and received.shape[1:] == shape:
-        return "The sum over the batch is missing: every row used this input."
-    if len(shape) > 1 and received.shape == shape[::-1]:
-        return "It is transposed: a gradient has the shape of its input."
-    return "A gradient has the shape of its input."
 
 
 def _as_pair(function: object, inputs: Mapping[str, object]) -> tuple[Pair, dict[str, object]]:
