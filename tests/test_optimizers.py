@@ -11,6 +11,7 @@ from mcdenoise.nn import (
     CrossEntropy,
     Diverged,
     Linear,
+    RelativeError,
     ReLU,
     Sigmoid,
     SquaredError,
@@ -223,6 +224,27 @@ def test_one_step_is_one_step():
     assert done.losses.tolist() == [value]
     for name, array in mlp.parameters.items():
         np.testing.assert_array_equal(done.network.parameters[name], array - 0.3 * gradients[name])
+
+
+@pytest.mark.parametrize("rows", [4096, 4097, 10_000])
+def test_a_large_batch_in_parts_is_the_whole(rows, rng):
+    """Parts of different length, and an spp a row: the same loss and gradients as in one go."""
+    x, target = rng.normal(size=(rows, 2)), rng.gamma(1.0, 0.5, (rows, 1))
+    mlp, loss = small(), RelativeError(spp=rng.integers(1, 64, rows).astype(float))
+    y, saved = mlp.forward(x)
+    value, saved_by_loss = loss.forward(y, target)
+    expected = mlp.gradients(loss.backward(saved_by_loss), saved)
+    received = loss_and_gradients(mlp, x, target, loss)
+    assert received[0] == pytest.approx(value, rel=1e-12)
+    for name, gradient in received[1].items():
+        np.testing.assert_allclose(gradient, expected[name], rtol=1e-9, atol=1e-12 * np.abs(expected[name]).max())
+
+
+def test_batches_take_the_spp_of_their_rows_along(rng):
+    x, target = rng.normal(size=(30, 2)), rng.gamma(1.0, 0.5, (30, 1))
+    loss = RelativeError(spp=rng.integers(1, 64, 30).astype(float))
+    done = train(small(), x, target, loss=loss, optimizer=Adam(0.01), epochs=2, batch=7, rng=rng)
+    assert np.isfinite(done.losses).all()
 
 
 def test_the_best_on_validation_is_kept(rng):

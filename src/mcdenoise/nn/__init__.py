@@ -1,6 +1,15 @@
 """Chapters 07 and 08: from the perceptron to a network with a backward pass of our own. No library takes a derivative here.
 
-Use it by the front door: ``import mcdenoise as mcd``, then ``mcd.nn.MLP``.
+Use it by the front door:
+
+>>> import mcdenoise as mcd
+>>> import numpy as np
+>>> x = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
+>>> target = np.array([[0.0], [1.0], [1.0], [0.0]])
+>>> start = mcd.nn.MLP.random([2, 3, 1], hidden=mcd.nn.Tanh(), rng=np.random.default_rng(0))
+>>> done = mcd.nn.train(start, x, target, loss=mcd.nn.CrossEntropy(), optimizer=mcd.nn.RPROP(0.1), epochs=50)
+>>> (done.network.forward(x)[0] > 0).ravel()
+array([False,  True,  True, False])
 """
 
 from mcdenoise.nn.datasets import checker, rings, two_moons, xor

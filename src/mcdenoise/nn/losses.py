@@ -7,7 +7,7 @@ rows has the loss 0.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -26,6 +26,10 @@ class Loss:
     def backward(self, saved: Any) -> np.ndarray:
         """Return d_y (n, d): the gradient of the loss with respect to y."""
         raise NotImplementedError
+
+    def rows(self, part: slice | np.ndarray) -> Self:
+        """The same loss for some of the rows; different only where a loss knows something of each row."""
+        return self
 
     def _check(self, y: np.ndarray, target: object) -> np.ndarray:
         """Return the target in the dtype of y, of the same shape."""
@@ -124,6 +128,10 @@ class RelativeError(Loss):
             raise ValueError(
                 f"spp must be a number above 0, or (n,) of them, got shape {spp.shape}, least {spp.min()}."
             )
+
+    def rows(self, part: slice | np.ndarray) -> Self:
+        """The same loss with the spp of these rows."""
+        return type(self)(np.asarray(self.spp)[part], self.epsilon) if np.ndim(self.spp) else self
 
     def forward(self, y: np.ndarray, target: object) -> tuple[float, tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Return the loss, and (y, c, n)."""

@@ -3,10 +3,12 @@
     python -m mcdenoise.study.bench filters [--size 512] [--repeats 5] [--no-accuracy]
     python -m mcdenoise.study.bench accuracy [--size 128] [--spp 8] [--scenes dof glossy]
     python -m mcdenoise.study.bench rpf [--repeats 5] [--no-accuracy] [--size 128] [--scenes dof glossy]
+    python -m mcdenoise.study.bench nn [--repeats 5]
 
 `filters` prints times, how they grow, their share of what the machine's arithmetic allows, and then what `accuracy`
 prints: relMSE on the toy scenes. `rpf` prints what random parameter filtering costs, how that grows, its memory, and
-relMSE of all its presets beside the filters before it. Within a run the contestants take turns, so that whatever else
+relMSE of all its presets beside the filters before it. `nn` prints what a forward and a backward pass of our network
+cost. Within a run the contestants take turns, so that whatever else
 the machine does hits all of them; each time is a median. What numba compiles is compiled before, and that time is
 printed apart. Absolute times say little about another machine: read ratios.
 """
@@ -28,6 +30,7 @@ from mcdenoise.study.bench_accuracy import SCENES, accuracy_lines
 from mcdenoise.study.bench_filters import TARGET_SIZE, Peers, compile_kernels, filter_works, find_peers
 from mcdenoise.study.bench_limit import limit_lines, peak_rates
 from mcdenoise.study.bench_measure import measure, table
+from mcdenoise.study.bench_nn import nn_lines
 from mcdenoise.study.bench_rpf import SCENE, SPP, compile_rpf, growth_lines, time_lines
 from mcdenoise.study.bench_rpf_accuracy import knee_lines, preset_lines
 from mcdenoise.study.bench_rpf_parts import information_lines, memory_lines
@@ -46,6 +49,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             bench_filters(options.size, options.repeats, accuracy=options.accuracy)
         elif options.command == "rpf":
             bench_rpf(options.repeats, options.scenes if options.accuracy else [], options.size)
+        elif options.command == "nn":
+            bench_nn(options.repeats)
         else:
             bench_accuracy(options.scenes, options.size, options.spp, options.reference_spp)
     except SystemExit as leaving:
@@ -59,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> OneLineParser:
     """Return the parser of the command line."""
     parser = OneLineParser(prog="python -m mcdenoise.study.bench", description=__doc__.splitlines()[0])
-    commands = parser.add_subparsers(dest="command", required=True, metavar="{filters,accuracy,rpf}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="{filters,accuracy,rpf,nn}")
     filters = commands.add_parser("filters", help="times of all filters beside their peers, then accuracy")
     filters.add_argument("--size", type=_count(8), default=TARGET_SIZE, help="height and width, pixels (default 512)")
     filters.add_argument("--repeats", type=_count(1), default=5, help="runs to take the median of (default 5)")
@@ -74,6 +79,8 @@ def _parser() -> OneLineParser:
     rpf.add_argument("--repeats", type=_count(1), default=5, help="runs to take the median of (default 5)")
     rpf.add_argument("--no-accuracy", dest="accuracy", action="store_false", help="times and memory only")
     rpf.add_argument("--size", type=_count(16), default=128, help="of the accuracy tables, pixels (default 128)")
+    network = commands.add_parser("nn", help="our network: time of a forward and a backward pass")
+    network.add_argument("--repeats", type=_count(1), default=5, help="runs to take the median of (default 5)")
     for parser_of in (accuracy, rpf):
         parser_of.add_argument(
             "--scenes", nargs="+", metavar="SCENE", default=list(SCENES), help="default: all toy scenes"
@@ -122,6 +129,12 @@ def bench_rpf(repeats: int, scenes: Sequence[str], size: int) -> None:
         parts += [lambda: preset_lines(scenes, size, REFERENCE_SPP), lambda: knee_lines(scenes, size, REFERENCE_SPP)]
     for part in parts:
         print("\n".join(part()), end="\n\n", flush=True)
+
+
+def bench_nn(repeats: int) -> None:
+    """Time our network beside its peers."""
+    for line in [*machine_facts(find_peers()), "", *nn_lines(repeats)]:
+        print(line, flush=True)
 
 
 def machine_facts(peers: Peers) -> list[str]:

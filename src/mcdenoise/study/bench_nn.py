@@ -1,0 +1,151 @@
+"""What does our network cost? Forward and backward beside a plain transcription, scikit-learn, and what BLAS allows.
+
+The network is that of chapter 09, 36-10-6 with sigmoid and softplus, and a squared error. The transcription is the same
+mathematics written down once, without layers, as one writes it in a notebook.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable
+
+import numpy as np
+
+from mcdenoise.nn import MLP, SGD, Softplus, SquaredError, loss_and_gradients
+from mcdenoise.study.bench_measure import Contestant, Target, Work, measure, table
+
+WIDTHS, ROWS, FEW_ROWS = (36, 10, 6), 65_536, 64
+OURS, PLAIN, SKLEARN = "mcdenoise.nn", "plain NumPy, two layers", "sklearn MLPRegressor"
+PRODUCTS, SQUARE, COPY = "its five matrix products alone", "a product of 1024 x 1024", "a copy of 64 MB"
+SQUARE_SIDE, COPY_BYTES = 1024, 64_000_000
+
+# What NumPy reads and writes for each row, in numbers, with d inputs, h hidden and o outputs; counted by hand.
+TRAFFIC = {
+    "forward, layer 1": lambda d, h, o: (d + h) + 2 * h,  # product, bias
+    "sigmoid": lambda d, h, o: 8 * h,  # minus, exp, + 1, 1 / .
+    "forward, layer 2": lambda d, h, o: (h + o) + 2 * o,
+    "softplus": lambda d, h, o: 13 * o,  # abs, minus, exp, log1p, max, +
+    "loss": lambda d, h, o: 3 * o + 3 * o + 2 * o + 2 * o,  # difference, square in float64, its sum, / n
+    "backward, softplus": lambda d, h, o: 8 * o + 3 * o,
+    "backward, layer 2": lambda d, h, o: (o + h) + (o + 1) + (o + h),  # d_weight, d_bias, d_x
+    "backward, sigmoid": lambda d, h, o: 2 * h + 3 * h + 3 * h,
+    "backward, layer 1": lambda d, h, o: (h + d) + (h + 1),
+}
+
+
+def plain_step(x: np.ndarray, target: np.ndarray, parameters: dict[str, np.ndarray]) -> tuple[float, dict]:
+    """Loss and gradients of the two-layer network, line by line.
+
+    Examples
+    --------
+    >>> mlp, x, target = _problem(3)
+    >>> ours, plain = loss_and_gradients(mlp, x, target, SquaredError()), plain_step(x, target, mlp.parameters)
+    >>> np.allclose(ours[0], plain[0]), all(np.allclose(ours[1][name], plain[1][name], atol=1e-6) for name in plain[1])
+    (True, True)
+    """
+    weight_1, bias_1, weight_2, bias_2 = parameters.values()
+    hidden = 1 / (1 + np.exp(-(x @ weight_1.T + bias_1)))
+    before = hidden @ weight_2.T + bias_2
+    y = np.maximum(before, 0) + np.log1p(np.exp(-np.abs(before)))
+    difference = y - target
+    loss = 0.5 * np.mean(np.sum(difference**2, axis=1))
+    d_before = difference / len(x) * (1 / (1 + np.exp(-before)))
+    d_hidden = (d_before @ weight_2) * hidden * (1 - hidden)
+    gradients = {
+        "weight_1": d_hidden.T @ x,
+        "bias_1": d_hidden.sum(axis=0),
+        "weight_2": d_before.T @ hidden,
+        "bias_2": d_before.sum(axis=0),
+    }
+    return float(loss), gradients
+
+
+def nn_lines(repeats: int, rows: int = ROWS) -> list[str]:
+    """Measure everything in turns, and return the tables, the traffic and the shares of both limits."""
+    whole = Work(
+        f"forward + backward of 36-10-6, {rows} rows, float32",
+        [*_contestants(rows), *_limits(rows)],
+        targets=[Target(OURS, rival=PLAIN, times=1), Target(OURS, rival=SKLEARN, times=3)],
+    )
+    small = Work(f"the same, {FEW_ROWS} rows: here the engine's own steps count", _contestants(FEW_ROWS))
+    measure([whole, small], repeats, "network")
+    return [*table(whole, repeats), *limit_words(whole, rows), "", *table(small, repeats)]
+
+
+def limit_words(work: Work, rows: int) -> list[str]:
+    """Say how many bytes move and how many operations the products have, as shares of what the machine can do."""
+    seconds = {one.name: one.median() for one in work.contestants if one.run}
+    d, h, o = WIDTHS
+    operations = 2.0 * rows * (2 * d * h + 3 * h * o)  # d_x of the first layer is not needed
+    peak = 2.0 * SQUARE_SIDE**3 / seconds[SQUARE]
+    moved = 4.0 * rows * sum(count(d, h, o) for count in TRAFFIC.values())
+    bandwidth = 2.0 * COPY_BYTES / seconds[COPY]
+    return [
+        f"  matrix products: {operations / 1e6:.0f} million operations, {100 * seconds[PRODUCTS] / seconds[OURS]:.0f} % of our "
+        f"time; alone they run at {operations / seconds[PRODUCTS] / 1e9:.0f} GFLOP/s, {SQUARE} at {peak / 1e9:.0f}",
+        f"  all of it at {operations / seconds[OURS] / 1e9:.1f} GFLOP/s: {100 * operations / seconds[OURS] / peak:.1f} % of the "
+        f"BLAS limit",
+        f"  bytes read and written by NumPy's operations: {moved / 1e6:.0f} MB, {moved / seconds[OURS] / 1e9:.1f} GB/s; a large "
+        f"copy moves {bandwidth / 1e9:.1f} GB/s",
+    ]
+
+
+def _problem(rows: int) -> tuple[MLP, np.ndarray, np.ndarray]:
+    """A network of random weights, random inputs and targets."""
+    rng = np.random.default_rng(0)
+    mlp = MLP.random(WIDTHS, output=Softplus(), rng=rng, dtype=np.float32)
+    x = rng.standard_normal((rows, WIDTHS[0]), np.float32)
+    return mlp, x, rng.random((rows, WIDTHS[-1]), np.float32)
+
+
+def _contestants(rows: int) -> list[Contestant]:
+    """Ours with one step of descent, the transcription, and an epoch of scikit-learn."""
+    mlp, x, target = _problem(rows)
+    loss, descent = SquaredError(), SGD(0.01)
+    state = descent.start(mlp.parameters)
+
+    def ours() -> object:
+        return mlp.replace(descent.step(mlp.parameters, loss_and_gradients(mlp, x, target, loss)[1], state)[0])
+
+    parameters = mlp.parameters
+    return [
+        Contestant(OURS, ours, "with a step of SGD"),
+        Contestant(PLAIN, lambda: plain_step(x, target, parameters), "without a step"),
+        Contestant(SKLEARN, _sklearn(x, target), "one epoch, full batch; no softplus at its output"),
+    ]
+
+
+def _sklearn(x: np.ndarray, target: np.ndarray) -> Callable[[], object] | None:
+    """An epoch of MLPRegressor, or None if it is not installed."""
+    if importlib.util.find_spec("sklearn") is None:
+        return None
+    from sklearn.neural_network import MLPRegressor
+
+    model = MLPRegressor(
+        hidden_layer_sizes=WIDTHS[1:-1],
+        activation="logistic",
+        solver="sgd",
+        alpha=0.0,
+        batch_size=len(x),
+        shuffle=False,
+        random_state=0,
+    )
+    return lambda: model.partial_fit(x, target)
+
+
+def _limits(rows: int) -> list[Contestant]:
+    """What is measured beside: the products of both passes alone, a large product, a large copy."""
+    mlp, x, target = _problem(rows)
+    weight_1, _, weight_2, _ = mlp.parameters.values()
+    hidden = np.ones((rows, WIDTHS[1]), np.float32)
+    square = np.random.default_rng(0).random((SQUARE_SIDE, SQUARE_SIDE), np.float32)
+    source, goal = np.ones(COPY_BYTES // 4, np.float32), np.zeros(COPY_BYTES // 4, np.float32)
+
+    def products() -> object:
+        return x @ weight_1.T, hidden @ weight_2.T, target.T @ hidden, target @ weight_2, hidden.T @ x
+
+    return [
+        Contestant(PRODUCTS, products),
+        Contestant(SQUARE, lambda: square @ square),
+        Contestant(COPY, lambda: np.copyto(goal, source)),
+    ]
