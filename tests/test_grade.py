@@ -3,11 +3,13 @@
 import argparse
 import csv
 import html
+import inspect
 import json
 import re
 import shutil
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -288,12 +290,16 @@ def test_the_solutions_of_a_chapter_get_full_points(number):
 
 
 def _with_reference(source):
-    """The cell with the text of the module in place of the import of a reference."""
-    found = re.search(r"^from mcdenoise\.(filters|rpf)\.(?!window)(\w+) import .*$", source, re.MULTILINE)
+    """The cell with the reference itself in place of its import: the whole module, or of nn that one function."""
+    found = re.search(r"^from mcdenoise\.(filters|rpf|nn)\.(?!window)(\w+) import (\w+).*$", source, re.MULTILINE)
     if not found:
         return source
-    module = (ROOT / "src" / "mcdenoise" / found[1] / f"{found[2]}.py").read_text()
-    return module.replace("from __future__ import annotations", "") + source.replace(found[0], "")
+    room, module, name = found.groups()
+    if room == "nn":  # its modules need the gate
+        text = inspect.getsource(getattr(import_module(f"mcdenoise.nn.{module}"), name))
+    else:
+        text = (ROOT / "src" / "mcdenoise" / room / f"{module}.py").read_text()
+    return text.replace("from __future__ import annotations", "") + source.replace(found[0], "")
 
 
 class Counting(ThreadPoolExecutor):

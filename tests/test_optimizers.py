@@ -284,16 +284,18 @@ def test_state_can_be_stored_and_training_goes_on_to_the_same_result(tmp_path):
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_a_rate_that_diverges_is_reported_and_the_last_good_network_kept(dtype, rng):
+def test_a_rate_that_diverges_is_reported_and_the_best_network_kept(dtype, rng):
     x = 10 * rng.normal(size=(50, 2))
     target = x @ np.array([[1.0], [2.0]])
     mlp = MLP((Linear(np.zeros((1, 2), dtype), np.zeros(1, dtype)),))
     with pytest.raises(Diverged, match=r"diverged in epoch .*SGD.rate=1.0.*smaller step") as caught:
-        train(mlp, x, target, loss=SquaredError(), optimizer=SGD(1.0), epochs=10_000)
+        train(mlp, x, target, loss=SquaredError(), optimizer=SGD(np.float64(1.0)), epochs=10_000)
     left = caught.value.training
     assert isinstance(caught.value, ValueError)
     assert 0 < len(left.losses) < 10
     assert np.isfinite(left.losses).all()
+    y, _ = left.network.forward(x)
+    assert SquaredError().forward(y, target)[0] == pytest.approx(left.losses.min(), rel=1e-6)
     assert all(np.isfinite(array).all() for array in left.network.parameters.values())
     assert train(mlp, x, target, loss=SquaredError(), optimizer=SGD(0.001), epochs=100).losses[-1] < 1
 

@@ -115,7 +115,7 @@ class Linear(Layer):
 
     def gradients(self, d_y: np.ndarray, saved: np.ndarray) -> dict[str, np.ndarray]:
         """Only those of `weight` and `bias`: d_x of the first layer is a large product that nobody needs."""
-        return {"weight": d_y.T @ saved, "bias": sum_of_rows(d_y)}
+        return {"weight": d_y.T @ saved, "bias": np.ones(len(d_y), d_y.dtype) @ d_y}
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,19 +271,9 @@ def linear_backward(d_y: np.ndarray, x: np.ndarray, weight: np.ndarray) -> tuple
     ([[10.0], [20.0]], [[11.0]], [3.0])
     """
     ### BEGIN SOLUTION
-    return d_y @ weight, d_y.T @ x, sum_of_rows(d_y)
+    ones = np.ones(len(d_y), d_y.dtype)  # a product with them is the sum over the rows, several times faster
+    return d_y @ weight, d_y.T @ x, ones @ d_y
     ### END SOLUTION
-
-
-def sum_of_rows(values: np.ndarray) -> np.ndarray:
-    """values.sum(axis=0) of an array (n, d), as a product with ones: several times faster where d is small.
-
-    Examples
-    --------
-    >>> sum_of_rows(np.array([[1.0, 2.0], [3.0, 4.0]]))
-    array([4., 6.])
-    """
-    return np.ones(len(values), values.dtype) @ values
 
 
 def sigmoid(x: np.ndarray) -> np.ndarray:
@@ -364,7 +354,6 @@ def softplus_backward(d_y: np.ndarray, x: np.ndarray) -> np.ndarray:
     array([[1., 2., 0.]])
     """
     ### BEGIN SOLUTION
-    d_x = sigmoid(x)
-    d_x *= d_y
-    return d_x
+    with np.errstate(over="ignore"):  # e^-x may be infinite: then the result is the 0 that is right
+        return d_y / (1 + np.exp(-x))
     ### END SOLUTION

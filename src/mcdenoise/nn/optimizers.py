@@ -36,7 +36,7 @@ class SGD:
     momentum: float = 0.0
 
     def __post_init__(self) -> None:
-        check_bandwidth(self.rate, "rate")
+        object.__setattr__(self, "rate", check_bandwidth(self.rate, "rate"))
         _check_below_one(self.momentum, "momentum")
 
     def start(self, parameters: Arrays) -> dict[str, np.ndarray]:
@@ -81,7 +81,7 @@ class Adam:
     epsilon: float = 1e-8
 
     def __post_init__(self) -> None:
-        check_bandwidth(self.rate, "rate")
+        object.__setattr__(self, "rate", check_bandwidth(self.rate, "rate"))
         check_bandwidth(self.epsilon, "epsilon")
         _check_below_one(self.beta_1, "beta_1")
         _check_below_one(self.beta_2, "beta_2")

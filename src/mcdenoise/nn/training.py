@@ -40,7 +40,7 @@ class Training:
 
 
 class Diverged(ValueError):
-    """The loss ran away, or became NaN. `training` is what there was up to the epoch before; its network is finite."""
+    """The loss ran away, or became NaN. `training` holds the losses until then, and the network with the smallest one."""
 
     def __init__(self, message: str, training: Training) -> None:
         super().__init__(message)
@@ -81,7 +81,7 @@ def train(
     ------
     Diverged
         (a ValueError) If the loss or a parameter is not finite, or the loss is a million times what it was at first or
-        what the answer 0 has. Its `training` holds the last good network.
+        what the answer 0 has. Its `training` holds the network with the smallest loss until then.
     ValueError
         For data that is not finite or does not fit, for a `batch` without `rng`, for RPROP in batches.
 
@@ -100,28 +100,38 @@ def train(
         raise ValueError("Batches are shuffled: pass rng as well. RPROP needs all rows at once: leave batch out.")
     if validation is not None:
         validation = _check_data(*validation, network, "validation ")
-    state, checked = optimizer.start(network.parameters), check_count(epochs, "epochs")
-    losses, seen, kept, best = [], [], network, -1
+    state, losses, seen = optimizer.start(network.parameters), [], []
+    best, kept, safest = -1, network, network
     limit = RUNAWAY * max(loss.forward(y, target)[0] for y in (network.forward(x)[0], np.zeros_like(target)))
-    for epoch in trange(checked, desc="training", unit="epoch", disable=not progress, leave=False):
-        found, before = [], network
-        order = np.arange(len(x)) if rows >= len(x) else rng.permutation(len(x))
-        for start in range(0, len(x), rows):
-            part = order[start : start + rows] if rows < len(x) else slice(None)
-            with np.errstate(over="ignore", invalid="ignore"):  # found below, and said in words
-                value, gradients = loss_and_gradients(network, x[part], target[part], loss.rows(part))
-                parameters, state = optimizer.step(network.parameters, gradients, state)
+    for epoch in trange(
+        check_count(epochs, "epochs"), desc="training", unit="epoch", disable=not progress, leave=False
+    ):
+        parts = [slice(None)] if rows >= len(x) else np.split(rng.permutation(len(x)), range(rows, len(x), rows))
+        before, found = network, []
+        for part in parts:
+            network, state, value = _step(network, state, x[part], target[part], loss.rows(part), optimizer)
             found.append(value)
-            if not value <= limit or not all(np.isfinite(array).all() for array in parameters.values()):
-                done = Training(kept if validation else before, np.array(losses), np.array(seen), best)
-                raise Diverged(_words(epoch, losses, value, optimizer), done)
-            network = network.replace(parameters)
+            if not value <= limit or not all(np.isfinite(array).all() for array in network.parameters.values()):
+                left = Training(kept if validation else safest, np.array(losses), np.array(seen), best)
+                raise Diverged(_words(epoch, losses, value, optimizer), left)
         losses.append(float(np.mean(found)))
+        if losses[-1] <= min(losses):
+            safest = before
         if validation is not None:
             seen.append(loss.forward(network.forward(validation[0])[0], validation[1])[0])
         if validation is None or seen[-1] <= min(seen):
             kept, best = network, epoch
     return Training(kept, np.array(losses), np.array(seen), best)
+
+
+def _step(
+    network: MLP, state: dict, x: np.ndarray, target: np.ndarray, loss: Loss, optimizer
+) -> tuple[MLP, dict, float]:
+    """One step: the network and the state after it, and the loss before it."""
+    with np.errstate(over="ignore", invalid="ignore"):  # found by the caller, and said in words
+        value, gradients = loss_and_gradients(network, x, target, loss)
+        parameters, state = optimizer.step(network.parameters, gradients, state)
+    return network.replace(parameters), state, value
 
 
 def loss_and_gradients(network: MLP, x: np.ndarray, target: np.ndarray, loss: Loss) -> tuple[float, dict]:
@@ -173,6 +183,6 @@ def _words(epoch: int, losses: list[float], value: float, optimizer: object) -> 
         else f"its loss is {value:.3g}"
     )
     return (
-        f"Training diverged in epoch {epoch + 1}: {first}, with {optimizer}. Take a smaller step (a tenth of it). The last "
-        f"good network is in the error's `training.network`."
+        f"Training diverged in epoch {epoch + 1}: {first}, with {optimizer}. Take a smaller step (a tenth of it). The network "
+        f"with the smallest loss until then is in the error's `training.network`."
     )
