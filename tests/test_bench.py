@@ -105,8 +105,9 @@ def test_accuracy_takes_its_dials_from_the_command_line(capsys):
         (["rpf", "--scenes", "moon"], "moon"),
         (["rpf", "--size", "8"], "argument --size: a whole number of at least 16 is needed, got '8'"),
         (["rpf", "--repeats", "0"], "argument --repeats: a whole number of at least 1 is needed, got '0'"),
+        (["nn", "--repeats", "0"], "argument --repeats: a whole number of at least 1 is needed, got '0'"),
         (["everything"], "invalid choice: 'everything'"),
-        ([], "the following arguments are required: {filters,accuracy,rpf}"),
+        ([], "the following arguments are required: {filters,accuracy,rpf,nn}"),
     ],
 )
 def test_bad_arguments_give_one_line_and_code_2(arguments, message, capsys):

@@ -7,6 +7,7 @@ import mcdenoise as mcd
 from answers import EXERCISES, ROOT, assert_earns_every_point, assert_mistake_is_named, reference
 from mcdenoise.classroom.checking.pytest_plugin import load_answer
 from mcdenoise.nn.scalar import backward
+from mcdenoise.study.capacity import smallest_model
 
 pytestmark = pytest.mark.ch08
 
@@ -549,9 +550,8 @@ def test_the_gradient_check_complains_at_the_kink_and_not_beside_it(rng):
     assert mcd.nn.check_gradient(network, {"x": x[np.newaxis] + 0.01}) < 1e-6
 
 
-def test_the_smallest_model_is_that_of_the_rule(rng):
-    parameters, errors = np.array([31, 10, 4]), np.array([1.0, 1.2, 3.0])[:, np.newaxis] + 0.5 * rng.normal(size=(3, 9))
-    best = errors.mean(axis=1).argmin()
-    bound = errors[best].mean() + errors[best].std(ddof=1) / 3
-    (expected,) = np.flatnonzero(parameters == parameters[errors.mean(axis=1) <= bound].min())
-    assert reference("smallest_model")(parameters, errors) == expected
+def test_the_smallest_model_is_that_of_the_library(rng):
+    for m in (1, 2, 9, 30):
+        parameters = rng.permutation(np.arange(4, 4 + 3 * m, 3))
+        errors = rng.gamma(4.0, 0.1, (m, 5)) + rng.uniform(0, 0.3, (m, 1))
+        assert reference("smallest_model")(parameters, errors) == smallest_model(parameters.tolist(), errors)

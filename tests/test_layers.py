@@ -70,6 +70,11 @@ def test_linear_backward_for_any_shape(n, d_in, d_out):
         assert not any(one.any() for one in gradients.values())
 
 
+def test_whole_numbers_become_float64():
+    layers = Linear(np.array([[1, 1]]), [0]), Linear([[1.0]], np.array([-0.5]))
+    assert {array.dtype for one in layers for array in one.parameters.values()} == {np.dtype(np.float64)}
+
+
 def test_a_batch_is_the_sum_of_its_rows(rng):
     d_y, x, weight = rng.normal(size=(6, 2)), rng.normal(size=(6, 3)), rng.normal(size=(2, 3))
     whole = linear_backward(d_y, x, weight)

@@ -128,6 +128,15 @@ def test_regions_have_the_colours_of_their_classes():
     assert axes.get_title() == "right"
 
 
+def test_where_everything_is_on_the_line_the_answer_is_one():
+    """As before the first correction of the learning rule: w = 0 and b = 0."""
+    figure = mcd.show_decision(mcd.nn.Perceptron(np.zeros(2), 0.0), CORNERS, LABELS)
+    FigureCanvasAgg(figure).draw()
+    column, row = np.rint(figure.axes[0].transData.transform((0.5, 0.5))).astype(int)
+    picture = np.asarray(figure.canvas.buffer_rgba())[..., :3] / 255
+    np.testing.assert_allclose(picture[picture.shape[0] - row, column], to_rgb(neurons.REGION_COLOURS[1]), atol=0.01)
+
+
 def _scattered(axes):
     """Edge and face colours of points drawn, with how many there are of each."""
     found = {}

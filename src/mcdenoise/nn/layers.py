@@ -64,8 +64,8 @@ class Linear(Layer):
 
     Parameters
     ----------
-    weight : (d_out, d_in), w_{s,t}: row s holds the weights of output s
-    bias : (d_out,), in the lecture w_{s,0}
+    weight : (d_out, d_in), w_{s,t}: row s holds the weights of output s; float32 stays, whole numbers become float64
+    bias : (d_out,), in the lecture w_{s,0}; likewise
 
     Raises
     ------
@@ -91,7 +91,7 @@ class Linear(Layer):
     bias: np.ndarray
 
     def __post_init__(self) -> None:
-        weight, bias = (check_float_array(one, f"{name} of Linear") for name, one in self.parameters.items())
+        weight, bias = (_check_numbers(one, f"{name} of Linear") for name, one in self.parameters.items())
         if weight.ndim != 2 or bias.shape != weight.shape[:1]:
             raise ValueError(
                 f"Linear needs a weight (d_out, d_in) and a bias (d_out,), got {weight.shape} and {bias.shape}."
@@ -116,6 +116,12 @@ class Linear(Layer):
     def gradients(self, d_y: np.ndarray, saved: np.ndarray) -> dict[str, np.ndarray]:
         """Only those of `weight` and `bias`: d_x of the first layer is a large product that nobody needs."""
         return {"weight": d_y.T @ saved, "bias": np.ones(len(d_y), d_y.dtype) @ d_y}
+
+
+def _check_numbers(value: object, name: str) -> np.ndarray:
+    """Return numbers as they are if they are float32 or float64, else (whole numbers, lists) as float64."""
+    array = check_float_array(value, name)
+    return array if np.asarray(value).dtype in (np.float32, np.float64) else np.asarray(value, np.float64)
 
 
 @dataclass(frozen=True, eq=False)

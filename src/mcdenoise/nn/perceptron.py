@@ -106,8 +106,8 @@ def train_perceptron(
     history, mistakes = [(*weight, bias)], []
     while len(mistakes) < epochs and (not mistakes or mistakes[-1]):
         for i in range(len(x)) if rng is None else rng.permutation(len(x)):
-            weight, bias = perceptron_step(weight, bias, x[i], labels[i], rate)
-            if history[-1] != (*weight, bias):
+            if (x[i] @ weight + bias >= 0) != labels[i]:
+                weight, bias = perceptron_step(weight, bias, x[i], labels[i], rate)
                 history.append((*weight, bias))
         mistakes.append(len(history) - 1 - sum(mistakes))
     return PerceptronTraining(Perceptron(weight, bias), np.array(history), np.array(mistakes), mistakes[-1] == 0)

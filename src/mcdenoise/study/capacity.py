@@ -256,9 +256,11 @@ def capacity_figure(capacity: Capacity) -> Figure:
         left.plot(sizes, [one.fitted.mean() for one in some], "_:" if depth == 0 else ":", color=colour)
         right.plot(sizes, [one.seconds for one in some], marker, ls="-", color=colour)
         for one in some if depth else ():
-            below = depth > 1
-            place = {"xytext": (0, -8 if below else 8), "ha": "center", "va": "top" if below else "bottom"}
-            left.annotate(one.label, (one.parameters, one.mean), textcoords="offset points", fontsize=8, **place)
+            end, away, side = one.standard_error, 3, "bottom"
+            if depth > 1:
+                end, away, side = -end, -3, "top"
+            at = (one.parameters, one.mean + end)
+            left.annotate(one.label, at, (0, away), textcoords="offset points", fontsize=8, ha="center", va=side)
     limit = best.mean + best.standard_error
     left.axhline(limit, color="#777777", ls="--", lw=1, label="best + one standard error")
     left.plot(chosen.parameters, chosen.mean, "*", ms=17, color="#CCBB44", mec="black", label=f"chosen: {chosen.label}")

@@ -25,7 +25,7 @@ PLANE = ((), (1,), (2,), (3,), (4,), (6,), (8,), (16,), (32,), (2, 2), (4, 4), (
 DENOISE = ((), (1,), (2,), (4,), (8,), (16,), (32,), (4, 4), (8, 8), (16, 16))
 SCENE, SIZE, SPP, REFERENCE_SPP, TILE = "dof", 128, 8, 1024, 16
 WINDOW = 5  # pixels: side of the neighbourhood that the network sees
-DENOISE_PIXELS, DENOISE_EPOCHS, DENOISE_STARTS = 4096, 300, 1
+DENOISE_PIXELS, DENOISE_EPOCHS, DENOISE_STARTS = 4096, 1000, 1
 
 
 @dataclass(frozen=True, eq=False)

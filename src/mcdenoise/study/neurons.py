@@ -240,7 +240,7 @@ def scale_of(activation: str, values: np.ndarray) -> tuple[float, float]:
 
 def draw_regions(axes: Axes, level: Callable[[np.ndarray], np.ndarray], window: Window) -> None:
     """Fill where `level` is below 0 and where it is at least 0 with the colours of the classes; draw the boundary."""
-    values = level(window.grid(FINE)).reshape(FINE, FINE)
+    values = _zero_is_one(level(window.grid(FINE)).reshape(FINE, FINE))
     far = 1 + np.abs(values).max()
     axes.contourf(*window.sides(FINE), values, levels=(-far, 0, far), colors=REGION_COLOURS)
     draw_boundary(axes, values, window)
@@ -250,8 +250,19 @@ def draw_regions(axes: Axes, level: Callable[[np.ndarray], np.ndarray], window: 
 def draw_boundary(axes: Axes, values: np.ndarray, window: Window) -> None:
     """Draw the line where values over a grid pass through 0; nothing if they never do."""
     if values.min() < 0 <= values.max():
-        zero = np.where(values == 0, np.finfo(np.float64).tiny, values)  # 0 belongs to the side of the 1
-        axes.contour(*window.sides(len(values)), zero, levels=(0,), colors=BOUNDARY, linewidths=1.4, linestyles="solid")
+        axes.contour(
+            *window.sides(len(values)),
+            _zero_is_one(values),
+            levels=(0,),
+            colors=BOUNDARY,
+            linewidths=1.4,
+            linestyles="solid",
+        )
+
+
+def _zero_is_one(values: np.ndarray) -> np.ndarray:
+    """Move 0 a trifle up, to the side of the 1: a contour belongs to neither of its sides, an answer does."""
+    return np.where(values == 0, np.finfo(np.float64).tiny, values)
 
 
 def draw_points(

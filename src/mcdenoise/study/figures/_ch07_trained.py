@@ -64,34 +64,30 @@ def four_sets() -> tuple[Figure, dict]:
 
 def coordinates() -> tuple[Figure, dict]:
     """Points before and after the hidden layer: four clouds by two neurons, rings by three."""
-    figure, numbers = Figure(figsize=(8.4, 7.6), layout="constrained"), {}
-    grid = figure.add_gridspec(2, 2)
-    for row, (name, width, seed) in enumerate((("clouds", 2, 1), ("rings", 3, 1))):
+    figure, numbers = Figure(figsize=(9.8, 2.9), layout="constrained"), {}
+    grid = figure.add_gridspec(1, 4)
+    for place, (name, width, seed) in enumerate((("clouds", 2, 1), ("rings", 3, 1))):
         network = trained(name, (width,), epochs=1500, seed=seed).network
         x, labels = points(name, 240)
-        left = figure.add_subplot(grid[row, 0])
-        show_decision(network, x, labels, axes=left, title=f"{name}: input, {wrong_points(network, x, labels)}")
+        left = figure.add_subplot(grid[2 * place])
+        show_decision(network, x, labels, axes=left, title=f"{name}: the input")
+        left.set(xlabel="", ylabel="")
         hidden, output = layer_outputs(network, x)
         last = Perceptron(network.layers[-1].weight[0], float(network.layers[-1].bias[0]))
         if width == 2:
-            right = figure.add_subplot(grid[row, 1])
+            right = figure.add_subplot(grid[2 * place + 1])
             draw_regions(right, decision_of(last), Window(-0.12, 1.12, -0.12, 1.12))
-            draw_points(right, hidden.after, labels, size=14)
+            draw_points(right, hidden.after, labels, size=12)
             right.set(xlabel="$y_1$", ylabel="$y_2$")
         else:
-            right = figure.add_subplot(grid[row, 1], projection="3d")
+            right = figure.add_subplot(grid[2 * place + 1], projection="3d")
             _draw_cube(right, hidden.after, labels, last)
-        right.set_title(f"{name}: outputs of the {width} hidden neurons", fontsize=10)
+        right.set_title(f"{width} hidden neurons", fontsize=10)
         numbers[name] = {
             "wrong": wrong(network, x, labels),
             "same": bool(np.array_equal(last.classify(hidden.after), output.before[:, 0] >= 0)),
         }
     return figure, numbers
-
-
-def wrong_points(network: MLP, x: np.ndarray, labels: np.ndarray) -> str:
-    """How many points are wrong, in words."""
-    return f"{100 * wrong(network, x, labels):.1f} % wrong"
 
 
 def _draw_cube(axes: Axes, y: np.ndarray, labels: np.ndarray, plane: Perceptron) -> None:

@@ -1,5 +1,6 @@
 """The figures of chapter 08, back propagation, in the order of the lecture."""
 
+from mcdenoise.study.figures._ch08_capacity import capacity_denoise, capacity_plane
 from mcdenoise.study.figures._ch08_checks import faults, kinks, step
 from mcdenoise.study.figures._ch08_depth import dead, depth, precision
 from mcdenoise.study.figures._ch08_graphs import neuron, patterns, slider_steps, twice
@@ -29,4 +30,6 @@ FIGURES = {
     "depth": depth,
     "dead": dead,
     "precision": precision,
+    "capacity_plane": capacity_plane,
+    "capacity_denoise": capacity_denoise,
 }
