@@ -19,6 +19,7 @@ from mcdenoise.filters.nlm import nlm_sums
 from mcdenoise.kernels import bilateral as bilateral_kernel
 from mcdenoise.kernels import gaussian as gaussian_kernel
 from mcdenoise.kernels import jit, patch_rows, rows
+from mcdenoise.kernels import network as network_kernel
 from mcdenoise.kernels import nlm as nlm_kernel
 from mcdenoise.kernels import rpf as rpf_kernel
 
@@ -107,6 +108,10 @@ HOT = {
     "add_four": (ROW, ROW, PLACE, PLACE, PLACE, PLACE),
     "sums": (ROW, ROW, PLACE, PLACE),
     "add_three_weighted": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, PLACE, ROW, PLACE, PLACE, PLACE),
+    "add_four_scaled": (ROW, PLACE, NUMBER, NUMBER, NUMBER, NUMBER, ROW, PLACE),
+    "dot_four": (ROW, PLACE, ROW, PLACE),
+    "activate": (ROW, PLACE, ROW, PLACE, types.int64),
+    "multiply_by_slope": (ROW, PLACE, ROW, PLACE, types.int64),
 }
 
 
@@ -115,7 +120,9 @@ HOT = {
 def test_hot_loops_are_packed_single_precision(name):
     """One slice, one float64 literal or one more output row, and the loop silently turns scalar: see kernels/rows."""
     options = {"fastmath": jit.FASTMATH, "error_model": jit.ERROR_MODEL, "nogil": True}
-    function = next(getattr(module, name) for module in (rows, patch_rows, rpf_kernel) if hasattr(module, name))
+    function = next(
+        getattr(module, name) for module in (rows, patch_rows, rpf_kernel, network_kernel) if hasattr(module, name)
+    )
     compiled = numba.njit(HOT[name], **options)(function.py_func)
     (code,) = compiled.inspect_asm().values()
     assert re.search(r"\bv?(fn?m(add|sub)\d+|add|mul)ps\b", code)

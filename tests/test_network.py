@@ -81,7 +81,7 @@ def test_whole_networks_against_autograd(depth, rng):
         return anp.sum((y - target) ** 2 / (target**2 + 0.01)) / 2 / 9
 
     value, gradients = loss_and_gradients(mlp, x, target, RelativeError())
-    expected = autograd.grad(plain)(mlp.parameters)
+    expected = autograd.grad(plain)(dict(mlp.parameters))
     assert value == pytest.approx(float(plain(mlp.parameters)), rel=1e-12)
     assert gradients.keys() == expected.keys()
     for name in expected:

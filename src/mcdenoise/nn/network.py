@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -97,10 +99,11 @@ class MLP:
             layers += [Linear(weight.astype(dtype), np.zeros(d_out, dtype)), hidden or Sigmoid()]
         return cls((*layers[:-1], output) if output else tuple(layers[:-1]))
 
-    @property
-    def parameters(self) -> dict[str, np.ndarray]:
-        """All weights and biases: ``weight_1``, ``bias_1`` of the first `Linear`, ``weight_2``, ..."""
-        return {f"{name}_{k}": array for k, layer in self._numbered() for name, array in layer.parameters.items()}
+    @cached_property
+    def parameters(self) -> Mapping[str, np.ndarray]:
+        """All weights and biases: ``weight_1``, ``bias_1`` of the first `Linear`, ``weight_2``, ...; read-only."""
+        found = {f"{name}_{k}": array for k, layer in self._numbered for name, array in layer.parameters.items()}
+        return MappingProxyType(found)
 
     @property
     def size(self) -> int:
@@ -135,7 +138,7 @@ class MLP:
         return MLP(
             tuple(
                 layer.replace({name: parameters[f"{name}_{k}"] for name in layer.parameters})
-                for k, layer in self._numbered()
+                for k, layer in self._numbered
             )
         )
 
@@ -182,11 +185,12 @@ class MLP:
     def _back(self, d_y: np.ndarray, saved: list[Any], first: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """From the last layer to the one of index `first`."""
         gradients: dict[str, np.ndarray] = {}
-        for (k, layer), one in zip(reversed(self._numbered()[first:]), reversed(saved[first:]), strict=True):
+        for (k, layer), one in zip(reversed(self._numbered[first:]), reversed(saved[first:]), strict=True):
             d_y, found = layer.backward(d_y, one)
             gradients = {f"{name}_{k}": gradient for name, gradient in found.items()} | gradients
         return d_y, gradients
 
+    @cached_property
     def _numbered(self) -> list[tuple[int, Layer]]:
         """The layers, each with the number of `Linear` layers up to it."""
         numbers = np.cumsum([isinstance(layer, Linear) for layer in self.layers]).tolist()

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from tqdm import trange
 
+from mcdenoise.nn.fast import fast_loss_and_gradients, plan_of
 from mcdenoise.nn.losses import Loss
 from mcdenoise.nn.network import MLP
 from mcdenoise.nn.optimizers import RPROP, SGD, Adam
-from mcdenoise.samples.gate import check_count, check_float_array, check_nonfinite
+from mcdenoise.samples.gate import ENGINES, check_choice, check_count, check_float_array, check_nonfinite
 
 PART = 4096  # rows that pass at once
 RUNAWAY = 1e6  # times the loss at the start: the step is too long, and gets longer
@@ -58,6 +59,7 @@ def train(
     batch: int | None = None,
     rng: np.random.Generator | None = None,
     validation: tuple[object, object] | None = None,
+    engine: str = "numba",
     progress: bool = False,
 ) -> Training:
     """Train a network; the one that is given stays as it is.
@@ -71,6 +73,7 @@ def train(
     batch : rows a step; None: all. The rows are shuffled each epoch, the last step may have fewer.
     rng : for shuffling, needed with `batch`
     validation : x and target that training does not see
+    engine : as for `loss_and_gradients`
     progress : show a bar
 
     Returns
@@ -109,7 +112,7 @@ def train(
         parts = [slice(None)] if rows >= len(x) else np.split(rng.permutation(len(x)), range(rows, len(x), rows))
         before, found = network, []
         for part in parts:
-            network, state, value = _step(network, state, x[part], target[part], loss.rows(part), optimizer)
+            network, state, value = _step(network, state, x[part], target[part], loss.rows(part), optimizer, engine)
             found.append(value)
             if not value <= limit or not all(np.isfinite(array).all() for array in network.parameters.values()):
                 left = Training(kept if validation else safest, np.array(losses), np.array(seen), best)
@@ -125,20 +128,27 @@ def train(
 
 
 def _step(
-    network: MLP, state: dict, x: np.ndarray, target: np.ndarray, loss: Loss, optimizer
+    network: MLP, state: dict, x: np.ndarray, target: np.ndarray, loss: Loss, optimizer: SGD | Adam | RPROP, engine: str
 ) -> tuple[MLP, dict, float]:
     """One step: the network and the state after it, and the loss before it."""
     with np.errstate(over="ignore", invalid="ignore"):  # found by the caller, and said in words
-        value, gradients = loss_and_gradients(network, x, target, loss)
+        value, gradients = loss_and_gradients(network, x, target, loss, engine=engine)
         parameters, state = optimizer.step(network.parameters, gradients, state)
     return network.replace(parameters), state, value
 
 
-def loss_and_gradients(network: MLP, x: np.ndarray, target: np.ndarray, loss: Loss) -> tuple[float, dict]:
+def loss_and_gradients(
+    network: MLP, x: np.ndarray, target: np.ndarray, loss: Loss, *, engine: str = "numba"
+) -> tuple[float, dict[str, np.ndarray]]:
     """Forward and backward: the loss of a batch, and its gradients by the name of the parameter.
 
-    A large batch passes in parts of 4096 rows, whose arrays stay in the cache; as the loss is a mean over the rows, both
-    are the means of those of the parts, weighted by their rows.
+    Parameters
+    ----------
+    x : (n, d_in). target : (n, d_out), as `loss` needs it.
+    engine : ``"numba"`` runs float32 networks by a kernel and all others in NumPy; ``"numpy"`` runs all in NumPy.
+
+    In NumPy a large batch passes in parts of 4096 rows, whose arrays stay in the cache. The loss is a mean over the rows, so
+    what is returned is the mean over the parts, weighted by their rows.
 
     Examples
     --------
@@ -148,6 +158,9 @@ def loss_and_gradients(network: MLP, x: np.ndarray, target: np.ndarray, loss: Lo
     >>> loss_and_gradients(mlp, np.array([[3.0]]), np.array([[1.0]]), SquaredError())
     (2.0, {'weight_1': array([[6.]]), 'bias_1': array([2.])})
     """
+    plan = plan_of(network) if check_choice(engine, ENGINES, "engine") == "numba" else None
+    if plan and np.ndim(x) == 2 and np.shape(x)[1] == network.inputs:  # else `forward` refuses in words
+        return fast_loss_and_gradients(network, x, target, loss, plan)
     if len(x) <= PART:
         y, saved = network.forward(x)
         value, saved_by_loss = loss.forward(y, target)
@@ -155,7 +168,7 @@ def loss_and_gradients(network: MLP, x: np.ndarray, target: np.ndarray, loss: Lo
     total, sums = 0.0, {name: np.zeros_like(array) for name, array in network.parameters.items()}
     for start in range(0, len(x), PART):
         part = slice(start, start + PART)
-        value, gradients = loss_and_gradients(network, x[part], target[part], loss.rows(part))
+        value, gradients = loss_and_gradients(network, x[part], target[part], loss.rows(part), engine="numpy")
         share = len(x[part]) / len(x)
         total += share * value
         for name, gradient in gradients.items():

@@ -51,8 +51,12 @@ class Work:
         return next(one for one in self.contestants if one.name == name)
 
 
-def measure(works: list[Work], repeats: int, label: str = "filters") -> None:
-    """Warm every contestant up, then time them in turns; the progress bar goes to stderr, if that is a terminal."""
+def measure(works: list[Work], repeats: int, label: str = "filters", rest: float = 0.0) -> None:
+    """Warm every contestant up, then time them in turns; the progress bar goes to stderr, if that is a terminal.
+
+    Before each run the clock waits for `rest` seconds: the threads of BLAS go on spinning for some milliseconds after their
+    work, on the cores that the next contestant needs.
+    """
     runs = [
         (contestant, turn)
         for work in works
@@ -61,6 +65,7 @@ def measure(works: list[Work], repeats: int, label: str = "filters") -> None:
         if contestant.run and (turn <= 0 or not contestant.once)
     ]
     for contestant, turn in tqdm(runs, desc=label, unit="run", disable=None, leave=False):
+        time.sleep(rest)
         start = time.perf_counter()
         contestant.run()
         if turn >= 0:
