@@ -1,4 +1,4 @@
-"""Every notebook runs: as plain Python, and executed with the references in place of the exercises."""
+"""Every notebook is executed with the references in place of the exercises; one runs as plain Python too."""
 
 import json
 import os
@@ -35,8 +35,9 @@ def _cells(path, kind="code"):
     return [cell for cell in json.loads(path.read_text("utf-8"))["cells"] if cell["cell_type"] == kind]
 
 
-@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
-def test_each_notebook_runs_as_plain_python(script):
+def test_a_notebook_runs_as_plain_python():
+    """Nothing in it needs Jupyter. One is enough: all are executed below, cell by cell, with every check."""
+    script = SCRIPTS[0]
     done = subprocess.run(
         [sys.executable, script.name],
         cwd=script.parent,

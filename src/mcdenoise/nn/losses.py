@@ -1,7 +1,7 @@
 """Chapter 08: losses, each a pair forward and backward: one number for a whole batch, and its gradient.
 
 All are means over the rows of a batch, so that a rate of learning does not depend on how many there are. A batch of no
-rows has the loss 0.
+rows has the loss 0. Squares are added up in float64: in float32 too, loss and gradient are finite for magnitudes up to 1e30.
 """
 
 from __future__ import annotations
