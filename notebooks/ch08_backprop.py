@@ -286,8 +286,7 @@ def two_layers_backward(d_y, saved):
 #
 # Add a small $h$ to one number, take it away, and see what comes out: $\frac{f(x + h) - f(x - h)}{2h}$. That is slow, two
 # forward passes for each number. But it needs no derivative, so it can judge those that we wrote. `check_gradient` does it for
-# all numbers. It raises a `GradientError` where the two disagree, and returns the largest relative error that is more than
-# rounding:
+# all numbers. It raises a `GradientError` where the two disagree, and returns the largest relative error:
 
 # %%
 rng = np.random.default_rng(1)

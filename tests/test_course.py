@@ -25,6 +25,13 @@ def test_the_lecture_lists_the_exercises_with_their_points(chapter):
 
 
 @pytest.mark.parametrize("chapter", CHAPTERS)
+def test_numbers_in_tables_are_filtered_without_a_bar(chapter):
+    """A | within {{ }} ends the cell of a table; write {{ "%.2f" % number }} there."""
+    rows = (ROOT / "lectures" / f"{chapter}.md").read_text("utf-8").splitlines()
+    assert not [row for row in rows if row.startswith("|") and re.search(r"\{\{[^}]*\|", row)]
+
+
+@pytest.mark.parametrize("chapter", CHAPTERS)
 def test_the_teaching_plan_has_the_points_of_each_chapter(chapter):
     plan = (ROOT / "lectures" / "instructor.md").read_text("utf-8")
     (points,) = re.findall(rf"^\| \d+ \| \[[^|]*\({chapter}\.md\) \|[^|]*\|[^|]*\| ([\d.]+) \|", plan, re.MULTILINE)
