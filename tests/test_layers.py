@@ -122,6 +122,12 @@ def test_values_against_scipy():
     np.testing.assert_allclose(softplus_backward(np.ones_like(x), x), -np.expm1(-softplus(x)), rtol=1e-9)
 
 
+def test_softplus_keeps_its_digits_in_float32():
+    """Far below 0 too, where 1 + e^x is 1: the result is e^x, not 0."""
+    x = np.linspace(-60, 5, 100_001, dtype=np.float32)
+    np.testing.assert_allclose(softplus(x), np.logaddexp(0, x.astype(np.float64)), rtol=4e-7)
+
+
 def test_a_smooth_step_becomes_a_step():
     x = np.array([[-1.0, -0.1, 0.1, 1.0]])
     np.testing.assert_allclose(Sigmoid().forward(1e4 * x)[0], Step().forward(x)[0], atol=1e-12)

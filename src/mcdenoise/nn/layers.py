@@ -323,8 +323,8 @@ def sigmoid_backward(d_y: np.ndarray, s: np.ndarray) -> np.ndarray:
 def softplus(x: np.ndarray) -> np.ndarray:
     """log(1 + e^x) of an array, in its dtype, without overflow: max(x, 0) + log(1 + a) with a = e^-|x|.
 
-    1 + a is rounded to u, and what rounding has taken, u - 1 - a, is made up for to first order: log(1 + a) = log(u) -
-    (u - 1 - a) / u. This is `np.log1p`, but in operations for which NumPy has vector instructions.
+    1 + a is rounded to u, and what rounding has added, u - 1 - a, is taken off again: that matters where a is small, and
+    there the slope of the logarithm is 1. This is `np.log1p`, but in operations for which NumPy has vector instructions.
 
     Examples
     --------
@@ -334,11 +334,10 @@ def softplus(x: np.ndarray) -> np.ndarray:
     a = np.negative(np.abs(x))
     np.exp(a, out=a)
     u = 1 + a
-    taken = u - 1
-    taken -= a
-    taken /= u
+    added = u - 1
+    added -= a
     y = np.log(u, out=u)
-    y -= taken
+    y -= added
     y += np.maximum(x, 0)
     return y
 
