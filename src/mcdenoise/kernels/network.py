@@ -71,8 +71,9 @@ def forward_blocks(y, x, parameters, widths, activations, rows):
     for block in prange((rows + BLOCK - 1) // BLOCK):
         count = min(BLOCK, rows - block * BLOCK)
         before, inputs = np.empty(widths[1:].sum() * PLANE, np.float32), np.empty(widths.max() * PLANE, np.float32)
-        gather(inputs, x, block * BLOCK, count, widths[0])
-        forward_block(before, inputs, parameters, widths, activations)
+        first = np.empty(widths[0] * PLANE, np.float32)
+        gather(first, x, block * BLOCK, count, widths[0])
+        forward_block(before, first, inputs, parameters, widths, activations)
         scatter(y, inputs, block * BLOCK, count, widths[-1])
 
 
@@ -85,26 +86,26 @@ def backward_blocks(gradients, d_y, x, parameters, widths, activations, rows):
         d_after, d_input = np.empty(widest, np.float32), np.empty(widest, np.float32)
         first = np.empty(widths[0] * PLANE, np.float32)
         gather(first, x, block * BLOCK, count, widths[0])
-        inputs[: first.size] = first
-        forward_block(before, inputs, parameters, widths, activations)
+        forward_block(before, first, inputs, parameters, widths, activations)
         gather(d_after, d_y, block * BLOCK, count, widths[-1])
         own = place(block * parameters.size)
         backward_block(gradients, own, d_after, d_input, first, inputs, before, parameters, widths, activations)
 
 
 @kernel
-def forward_block(before, inputs, parameters, widths, activations):
+def forward_block(before, first, inputs, parameters, widths, activations):
     """One block: a layer is a sum for each neuron, then its activation, which becomes the next layer's input."""
-    at, neuron = 0, 0
+    at, neuron, source = 0, 0, first
     for layer in range(activations.size):
         d_in, d_out = widths[layer], widths[layer + 1]
         for s in range(d_out):
             bias = parameters[at + d_out * d_in + s]
-            add_inputs(before, place((neuron + s) * PLANE), parameters, at + s * d_in, bias, inputs, d_in)
+            add_inputs(before, place((neuron + s) * PLANE), parameters, at + s * d_in, bias, source, d_in)
         for s in range(d_out):
             activate(inputs, place(s * PLANE), before, place((neuron + s) * PLANE), activations[layer])
         at += d_out * (d_in + 1)
         neuron += d_out
+        source = inputs
 
 
 @kernel
@@ -136,17 +137,25 @@ def gather(planar, rows, first, count, columns):
     """Turn some rows of a batch into planes; what is missing of the block is 0."""
     if count < BLOCK:
         planar[: columns * PLANE] = NOTHING
-    for i in range(count):
-        for t in range(columns):
-            planar[t * PLANE + i] = rows[(first + i) * columns + t]
+    at, width = place(first * columns), place(columns)
+    for i in range(ZERO, place(count)):
+        to = i
+        for t in range(ZERO, width):
+            planar[to] = rows[at + t]
+            to += STEP
+        at += width
 
 
 @kernel
 def scatter(rows, planar, first, count, columns):
     """Turn planes into rows again."""
-    for i in range(count):
-        for t in range(columns):
-            rows[(first + i) * columns + t] = planar[t * PLANE + i]
+    at, width = place(first * columns), place(columns)
+    for i in range(ZERO, place(count)):
+        of = i
+        for t in range(ZERO, width):
+            rows[at + t] = planar[of]
+            of += STEP
+        at += width
 
 
 @kernel
