@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from dataclasses import replace
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,7 +14,7 @@ from mcdenoise.study.capacity_tasks import DENOISE, denoise_data, run_data, run_
 from mcdenoise.study.figures._ch04_data import noisy, samples
 from mcdenoise.study.figures._references import reference
 
-PIXELS, TILE_FOLDS = 4096, 5
+PIXELS, FOLDS = 4096, 5
 SIGMA = 1.5  # pixels; a Gaussian of 5 x 5 pixels, what the network sees
 
 
@@ -36,15 +36,17 @@ def capacity_plane() -> tuple[Figure, dict]:
     return capacity_figure(found), numbers_of(found)
 
 
-@cache
-def _denoising() -> Capacity:
-    """The sweep on `dof`, with the shipped reference."""
-    return run_data(denoise_data(samples("dof"), reference("dof"), PIXELS, seed=0), DENOISE, TILE_FOLDS, seed=0)
-
-
 def capacity_denoise() -> tuple[Figure, dict]:
     """One step of denoising: how many hidden neurons, and is a second layer worth it?"""
-    found, image = _denoising(), noisy("dof").astype(np.float64)
+    data, image = denoise_data(samples("dof"), reference("dof"), PIXELS, seed=0), noisy("dof").astype(np.float64)
+    found = run_data(data, DENOISE, FOLDS, seed=0)
+    by_pixels = run_data(
+        replace(data, groups=np.arange(PIXELS)), (found.candidates[found.chosen].hidden,), FOLDS, seed=0
+    )
     blurred = gaussian(image, sigma_space=SIGMA, radius=2)
-    beside = {"noisy": relmse(image, reference("dof")), "gaussian": relmse(blurred, reference("dof"))}
+    beside = {
+        "by_pixels": by_pixels.candidates[0].mean,
+        "noisy": relmse(image, reference("dof")),
+        "gaussian": relmse(blurred, reference("dof")),
+    }
     return capacity_figure(found), numbers_of(found) | beside
