@@ -161,6 +161,14 @@ def test_a_kink_is_called_a_kink():
     assert check_gradient(ReLU(), {"x": np.array([[0.1, 1.0]])}) < 1e-6
 
 
+def test_the_bottom_of_a_bowl_is_no_kink():
+    """There the slope changes its sign, but smoothly: a wrong gradient must not be excused."""
+    pair = Pair(lambda x: (np.sum(x**2), x), lambda d_y, x: {"x": d_y * 2 * x + np.array([1.0, 0.0])})
+    with pytest.raises(GradientError, match=r"worst at \[0\]: received 1, expected 0") as caught:
+        check_gradient(pair, {"x": [0.0, 3.0]})
+    assert "kink" not in str(caught.value)
+
+
 def test_numbers_as_outputs_and_inputs():
     assert (
         check_gradient((lambda a, b: (a * b, (a, b)), lambda d, s: (d * s[1], d * s[0])), {"a": 2.0, "b": -3.0}) < 1e-8

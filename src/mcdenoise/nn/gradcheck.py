@@ -24,7 +24,8 @@ LARGE = 1_000_000  # entries of the Jacobian: above, likewise
 DIRECTIONS = 3
 STEP = 6e-6  # the cube root of float64's precision: rounding and curvature err about equally
 ROUNDING = 8e-16
-KINK = 1e-2  # relative; a smooth function's slope changes by about STEP
+COARSE = 1e-2  # slopes over this distance say how large a slope is here, even at the bottom of a bowl
+KINK = 1e-2  # of that slope; from one side to the other a smooth one changes by about 2 STEP / COARSE of it
 
 
 class GradientError(AssertionError):
@@ -253,19 +254,18 @@ class _Check:
         return f"{text} {guess}".strip()
 
     def kink(self, name: str, place: tuple[int, ...], d_y: np.ndarray) -> str:
-        """Notice that the slopes before and behind a place differ: no gradient could be right there."""
-        sides = []
-        for step in (-STEP, STEP):
-            moved = self.inputs[name].copy()
-            moved[place] += step
-            sides.append(float(np.sum((self.forward({**self.inputs, name: moved})[0] - self.y) * d_y)) / step + 0.0)
-        largest = max(map(abs, sides))
-        if abs(sides[1] - sides[0]) <= KINK * largest:
+        """Notice that the slopes before and behind a place differ, by more than a curve's would: no gradient is right there."""
+        before, behind = self.slope(name, place, d_y, -STEP), self.slope(name, place, d_y, STEP)
+        largest = max(abs(self.slope(name, place, d_y, step)) for step in (-COARSE, COARSE))
+        if abs(behind - before) <= KINK * largest:
             return ""
-        return (
-            f"The function has a kink there: its slope is {sides[0]:.4g} before and {sides[1]:.4g} behind. Check at other "
-            f"inputs."
-        )
+        return f"The function has a kink there: its slope is {before:.4g} before and {behind:.4g} behind. Check at other inputs."
+
+    def slope(self, name: str, place: tuple[int, ...], d_y: np.ndarray, step: float) -> float:
+        """(<d_y, f(x + step)> - <d_y, f(x)>) / step, one-sided."""
+        moved = self.inputs[name].copy()
+        moved[place] += step
+        return float(np.sum((self.forward({**self.inputs, name: moved})[0] - self.y) * d_y)) / step + 0.0
 
     def ignores(self, name: str, d_y: np.ndarray) -> str:
         """Notice a backward pass that does not multiply by d_y."""
