@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mcdenoise.classroom import Finding, assert_matches
+from mcdenoise.classroom import Finding, assert_matches, name_mistake
 from mcdenoise.study.display import tone_map
 from toy_exercise import _blurred as blurred
 
@@ -264,3 +264,34 @@ def test_two_unlike_images_get_numbers_and_no_explanation(seed):
     rng = np.random.default_rng(seed)
     words = finding(rng.random((9, 11, 3)), rng.random((9, 11, 3)))
     assert re.match(r"relative error [0-9.]+, 0 % of the entries are right; worst entry \(\d, \d+, \d\)", words)
+
+
+MISTAKES = {"squared": np.array([1.0, 4.0]), "the sign is flipped": np.array([-1.0, -2.0]), "one number": 2.0}
+
+
+@pytest.mark.parametrize(
+    ("received", "words"),
+    [
+        ([1.0, 4.0], r"roots: squared; yours \[1.0, 4.0\], expected \[1.0, 2.0\]."),
+        ((-1, -2), r"roots: the sign is flipped; yours \[-1.0, -2.0\]"),
+        (np.float64(2), r"roots: one number; yours 2, expected"),
+    ],
+)
+def test_a_usual_mistake_is_named_by_its_numbers(received, words):
+    with pytest.raises(Finding, match=words):
+        name_mistake(received, np.array([1.0, 2.0]), MISTAKES, "roots")
+
+
+@pytest.mark.parametrize("received", [[1.0, 2.0], [3.0, 3.0], [1.0], None, "1, 4", [[1], [1, 2]], [None, 1], 1j])
+def test_what_is_no_usual_mistake_passes(received):
+    """What is right, wrong in another way, or no numbers: the next test says so."""
+    name_mistake(received, np.array([1.0, 2.0]), MISTAKES, "roots")
+
+
+def test_a_mistake_that_happens_to_be_right_is_none():
+    name_mistake([0.0, 1.0], np.array([0.0, 1.0]), {"squared": np.array([0.0, 1.0])}, "roots")
+
+
+def test_nan_can_be_a_mistake_and_many_numbers_are_cut_short():
+    with pytest.raises(Finding, match=r"0/0; yours \[nan, nan, nan, \.\.\., nan, nan, nan\], expected"):
+        name_mistake(np.full(40, np.nan), np.zeros(40), {"0/0": np.full(40, np.nan)}, "sums")

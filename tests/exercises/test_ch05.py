@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 import mcdenoise as mcd
-from mcdenoise.classroom import Finding, assert_matches, graded
+from mcdenoise.classroom import Finding, assert_matches, graded, name_mistake
 
 
 def _pairs(count):
@@ -19,23 +19,6 @@ def _pairs(count):
 def _number(found):
     """The answer as a float, or NaN where it is none: `assert_matches` says so better."""
     return float(found) if np.shape(found) == () and np.asarray(found).dtype.kind in "if" else np.nan
-
-
-def _name_number(found, expected, mistakes, what):
-    """Name the usual mistakes by the number that they give."""
-    for words, value in mistakes.items():
-        assert not np.isclose(_number(found), value, rtol=1e-4, atol=1e-9) or np.isclose(value, expected, rtol=1e-4), (
-            f"{what}: yours is {_number(found):.4g}, expected {expected:.4g}: {words}."
-        )
-
-
-def _name_array(found, expected, mistakes, what):
-    """Name the usual mistakes by the array that they give."""
-    for words, value in mistakes.items():
-        assert np.shape(found) != np.shape(value) or not np.allclose(found, value, rtol=1e-4, atol=1e-9), (
-            f"{what}: {words}; yours {np.round(np.asarray(found, float), 3).tolist()}, "
-            f"expected {np.round(expected, 3).tolist()}."
-        )
 
 
 # --- quantise(values)
@@ -68,7 +51,7 @@ def test_bins_are_one_standard_deviation_wide(impl):
         ),
         "the sign is lost: bins lie on both sides of the mean": np.abs(expected),
     }
-    _name_array(found, expected, mistakes, what)
+    name_mistake(found, expected, mistakes, what)
     _assert_bins(found, expected, what)
 
 
@@ -127,7 +110,7 @@ def test_information_of_a_small_table(impl):
         "that is the correlation": 0.5,
         "that is the squared correlation": 0.25,
     }
-    _name_number(found, expected, mistakes, "joint counts 3 1 / 1 3")
+    name_mistake(found, expected, mistakes, "joint counts 3 1 / 1 3")
     assert_matches(found, expected, "information of eight samples with the joint counts 3 1 / 1 3")
 
 
@@ -150,7 +133,7 @@ def test_what_never_occurs_counts_nothing(impl):
             ("p(y) stands twice", p_y, p_y),
         )
     }
-    _name_number(found, expected, mistakes, "joint counts 4 2 / 0 2")
+    name_mistake(found, expected, mistakes, "joint counts 4 2 / 0 2")
     difference = abs(_number(found) - expected)
     assert not 1e-6 * expected < difference < 1e-2 * expected, (
         f"nearly right, {_number(found):.8f} for {expected:.8f}: is a small number added in the logarithm? Leave out the "
@@ -189,7 +172,7 @@ def test_names_of_levels_do_not_matter(impl):
             "a level and its negative are counted as one": joined,
             "that is the correlation, or nearly": abs(float(np.corrcoef(x, y)[0, 1])),
         }
-        _name_number(found, expected, mistakes, what)
+        name_mistake(found, expected, mistakes, what)
         assert_matches(found, expected, what)
     found = impl(np.full(8, 4), y)
     assert_matches(found, 0.0, "information of a constant and another variable", atol=1e-9)
@@ -361,7 +344,7 @@ def test_share_of_the_random_parameters_in_radiance(impl):
         "the features do not belong into this whole": r / (r + p + c_f.sum(axis=1)),
         "one ratio for all channels: each channel has its own": np.full(3, r.sum() / (r + p).sum()),
     }
-    _name_array(found, expected, mistakes, what)
+    name_mistake(found, expected, mistakes, what)
     _assert_one_each(found, expected, "channel", what)
 
 
@@ -381,7 +364,7 @@ def test_share_of_the_random_parameters_in_a_feature(impl):
         "that is W_c^{f,k}: exchanged?": of_radiance,
         "multiplied by W_c^{f,k}": expected * of_radiance,
     }
-    _name_array(found, expected, mistakes, what)
+    name_mistake(found, expected, mistakes, what)
     _assert_one_each(found, expected, "feature", what)
 
 
@@ -405,7 +388,7 @@ def test_share_of_a_feature_in_the_radiance(impl):
             "each channel has a ratio of its own, and then the mean: sum first, divide then": (c_f / each).mean(axis=0),
             "the sum of three ratios, one a channel: sum first, divide then": (c_f / each).sum(axis=0),
         }
-        _name_array(found, part / whole, mistakes, what)
+        name_mistake(found, part / whole, mistakes, what)
         _assert_one_each(found, part / whole, "feature", what)
 
 

@@ -3,24 +3,13 @@
 import numpy as np
 
 import mcdenoise as mcd
-from mcdenoise.classroom import Finding, assert_matches, graded
+from mcdenoise.classroom import Finding, assert_matches, graded, name_mistake
 
 
 def _number(answer):
     """The answer as a float, or a message."""
     assert isinstance(answer, (int, float, np.number)), f"one number is needed, got {answer!r}."
     return float(answer)
-
-
-def _name_array(found, expected, mistakes, what):
-    """Name the usual mistakes by the array that they give."""
-    if np.shape(found) != np.shape(expected) or np.asarray(found).dtype.kind not in "biuf":
-        return
-    for words, value in mistakes.items():
-        assert not np.allclose(found, value, rtol=1e-4, atol=1e-9), (
-            f"{what}: {words}; yours {np.round(np.asarray(found, float), 3).tolist()}, "
-            f"expected {np.round(np.asarray(expected, float), 3).tolist()}."
-        )
 
 
 # --- twice_near
@@ -81,7 +70,7 @@ def test_how_far_is_far(impl):
         "the distance is taken from the pixel's first sample: take it from the mean": np.abs(distance + 0.5) <= 1.5,
     }
     found = impl(0.5 + distance[:, np.newaxis], own, np.array([3.0]), 0.1)
-    _name_array(found, expected, mistakes, what)
+    name_mistake(found, expected, mistakes, what)
     _assert_kinds(found, expected, what)
 
 
@@ -100,7 +89,7 @@ def test_one_far_feature_is_enough(impl):
         "the limit 30 is used for all columns": [1, 1, 1, 1, 0, 0],
     }
     found = impl(features, own, np.array([3.0, 3.0, 30.0]), 0.1)
-    _name_array(found, expected, mistakes, what)
+    name_mistake(found, expected, mistakes, what)
     _assert_kinds(found, expected, what)
 
 
@@ -114,7 +103,7 @@ def test_a_small_difference_is_never_far(impl):
         "nothing is far: distance and deviation are joined by `or`, one above the tolerance is enough": [1, 1, 1, 1, 1],
     }
     found = impl(features, own, np.array([3.0]), 0.1)
-    _name_array(found, expected, mistakes, what)
+    name_mistake(found, expected, mistakes, what)
     _assert_kinds(found, expected, what)
     own = np.array([[0.0], [0.4]])  # deviation 0.2, above the tolerance
     found, what = (
@@ -122,7 +111,7 @@ def test_a_small_difference_is_never_far(impl):
         "deviation 0.2, limit 0.25, tolerance 0.1",
     )
     mistakes = {"the tolerance counts only where s_k is below it too: `or s_k > tolerance`": [1, 1]}
-    _name_array(found, np.array([True, False]), mistakes, what)
+    name_mistake(found, np.array([True, False]), mistakes, what)
     _assert_kinds(found, np.array([True, False]), what)
 
 
@@ -172,14 +161,14 @@ def test_what_is_trusted_in_the_lecture(impl):
         "one number for all channels: each channel has its own": np.full(3, 1 - c.mean()),
         "that is the report's: for turn None the lecture's is asked for": np.maximum(1 - 2 * c, 0),
     }
-    _name_array(alpha, 1 - c, mistakes, "lecture (turn None), alpha")
+    name_mistake(alpha, 1 - c, mistakes, "lecture (turn None), alpha")
     assert_matches(alpha, 1 - c, "lecture (turn None), alpha")
     mistakes = {
         "beta is W itself: what the random parameters explain is to lose its say": f,
         "multiplied by W_c^{f,k}: that is the report's, the lecture has beta_k = 1 - W_{f,k}^r": by * (1 - f),
         "made of W_c^{f,k}: beta comes from the share of the random parameters in the feature": 1 - by,
     }
-    _name_array(beta, 1 - f, mistakes, "lecture (turn None), beta")
+    name_mistake(beta, 1 - f, mistakes, "lecture (turn None), beta")
     assert_matches(beta, 1 - f, "lecture (turn None), beta")
 
 
@@ -202,7 +191,7 @@ def test_what_is_trusted_in_the_report(impl):
             "one number for all channels: each channel has its own": np.full(3, max(1 - 2 * gain * c.mean(), 0)),
         }
         mistakes = {words: value for words, value in mistakes.items() if not np.allclose(value, right)}
-        _name_array(alpha, right, mistakes, what + ", alpha")
+        name_mistake(alpha, right, mistakes, what + ", alpha")
         assert_matches(alpha, right, what + ", alpha")
         right = by * np.maximum(1 - gain * f, 0)
         mistakes = {
@@ -214,7 +203,7 @@ def test_what_is_trusted_in_the_report(impl):
             "W_c^{f,k} stands inside the max": np.maximum(1 - gain * f * by, 0),
         }
         mistakes = {words: value for words, value in mistakes.items() if not np.allclose(value, right)}
-        _name_array(beta, right, mistakes, what + ", beta")
+        name_mistake(beta, right, mistakes, what + ", beta")
         assert_matches(beta, right, what + ", beta")
 
 
@@ -264,7 +253,7 @@ def test_the_bandwidth_widens_with_the_share(impl):
     found = impl(alpha, beta, share, spp, sigma)
     if isinstance(found, (tuple, list)) and len(found) == 2:
         raise Finding(f"{what}: two arrays came back, one is needed: features first, then channels (np.concatenate).")
-    _name_array(found, expected, mistakes, what)
+    name_mistake(found, expected, mistakes, what)
     assert_matches(found, expected, what)
 
 
@@ -335,7 +324,7 @@ def test_weights_of_two_own_samples(impl):
             "the factors stand inside the square": np.exp(-((square * factors**2).sum(axis=-1))),
             "differences are summed before they are squared": np.exp(-(((x[:2, np.newaxis] - x) @ factors) ** 2)),
         }
-        _name_array(found, right, mistakes, what)
+        name_mistake(found, right, mistakes, what)
     assert_matches(found, right, what)
 
 
@@ -365,7 +354,7 @@ def test_the_spatial_factor_multiplies(impl):
         "divided by the spatial factor": plain / space,
     }
     found = impl(x, factors, 2, space)
-    _name_array(found, plain * space, mistakes, what)
+    name_mistake(found, plain * space, mistakes, what)
     assert_matches(found, plain * space, what)
 
 
@@ -478,7 +467,7 @@ def test_a_spike_is_spread(impl):
             mistakes = {"divided by N - 1 in the standard deviation: divide by N": values}
         what = f"grey samples {values[:, 0].astype(int).tolist()}, limit {limit:g}"
         mistakes = {w: v for w, v in mistakes.items() if np.ndim(v) and not np.allclose(v, right)}
-        _name_array(found, right, mistakes, what)
+        name_mistake(found, right, mistakes, what)
         assert_matches(found, right, what)
 
 
@@ -497,7 +486,7 @@ def test_far_in_all_channels(impl):
         "one channel was enough: far in all of them (all, not any)": any_ + (mean - any_.mean(axis=0)),
         "one channel was enough, and the loss was not given back": any_,
     }
-    _name_array(found, blended, mistakes, what)
+    name_mistake(found, blended, mistakes, what)
     assert_matches(found, blended, what)
 
 

@@ -3,17 +3,7 @@
 import numpy as np
 
 import mcdenoise as mcd
-from mcdenoise.classroom import Finding, assert_matches, graded
-
-
-def _name_array(found, expected, mistakes, what):
-    """Name the usual mistakes by the array that they give."""
-    for words, value in mistakes.items():
-        if np.shape(value) == np.shape(expected) and np.allclose(value, expected, rtol=1e-9, atol=1e-12):
-            continue
-        assert np.shape(found) != np.shape(value) or not np.allclose(found, value, rtol=1e-6, atol=1e-9), (
-            f"{what}: {words}; yours {_short(found)}, expected {_short(expected)}."
-        )
+from mcdenoise.classroom import Finding, assert_matches, graded, name_mistake
 
 
 def _short(values):
@@ -81,7 +71,7 @@ def test_each_sample_of_a_batch_gets_its_answer(impl):
         "that is a sigmoid: the step function has only 0 and 1": 1 / (1 + np.exp(-total)),
         "only the first weight counts": (2 * x[:, 0] + bias >= 0) * 1,
     }
-    _name_array(found, expected, mistakes, "answers to 8 samples")
+    name_mistake(found, expected, mistakes, "answers to 8 samples")
     assert np.shape(found) != (8, 3), (
         "answers to 8 samples: three numbers a sample came back, one is needed: the products with the weights are to be "
         "added up, x @ weight."
@@ -98,7 +88,7 @@ def test_on_the_line_the_answer_is_one(impl):
         "on the line the answer is 1, so >= and not >": np.array([0, 0, 0, 1]),
         "on the line came 1/2 (np.sign or np.heaviside): f(0) = 1": np.array([0.5, 0.5, 0, 1]),
     }
-    _name_array(found, expected, mistakes, "two samples on the line, one on each side")
+    name_mistake(found, expected, mistakes, "two samples on the line, one on each side")
     _assert_classes(found, expected, "two samples on the line, one on each side")
 
 
@@ -166,7 +156,7 @@ def test_a_wrong_answer_moves_the_line(impl):
             mistakes["nothing has changed, but the answer was wrong: label alone is 0, label - answer is -1"] = (
                 mistakes.pop("nothing has changed, but the answer was wrong")
             )
-        _name_array(found, expected, mistakes, f"{what}: weight and bias")
+        name_mistake(found, expected, mistakes, f"{what}: weight and bias")
         assert_matches(found, expected, f"{what}: weight and bias")
 
 
@@ -341,7 +331,7 @@ def test_xor_of_the_four_corners(impl):
             f"{what}: yours {found.astype(int).tolist()}. With weight_1 transposed it would be right: row s holds the weights "
             f"of neuron s."
         )
-    _name_array(found, EXCLUSIVE, {words: np.array(value, float) for words, value in mistakes.items()}, what)
+    name_mistake(found, EXCLUSIVE, {words: np.array(value, float) for words, value in mistakes.items()}, what)
     wrong = int(np.argmax(found != EXCLUSIVE))
     assert np.array_equal(found, EXCLUSIVE), (
         f"{what}: yours {found.astype(int).tolist()}. For {SQUARE[wrong].astype(int).tolist()} the hidden layer gives "

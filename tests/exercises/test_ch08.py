@@ -2,29 +2,7 @@
 
 import numpy as np
 
-from mcdenoise.classroom import Finding, assert_matches, graded
-
-
-def _as_numbers(found):
-    """The answer as a float array, or None where it is none: `assert_matches` says so better."""
-    if found is None or isinstance(found, str):
-        return None
-    try:
-        values = np.asarray(found)
-    except ValueError:
-        return None
-    return values.astype(float) if values.dtype.kind in "biuf" else None
-
-
-def _name(found, expected, mistakes, what):
-    """Name the usual mistakes by the numbers that they give."""
-    values = _as_numbers(found)
-    if values is None:
-        return
-    for words, value in mistakes.items():
-        if values.shape == np.shape(value) and np.allclose(values, value, rtol=1e-5, atol=1e-9, equal_nan=True):
-            right = np.shape(expected) == values.shape and np.allclose(values, expected, rtol=1e-5, atol=1e-9)
-            assert right, f"{what}: {words}; yours {_short(values)}, expected {_short(expected)}."
+from mcdenoise.classroom import Finding, as_numbers, assert_matches, graded, name_mistake
 
 
 def _short(values):
@@ -59,7 +37,7 @@ def _slope(function, x, step=1e-5):
 @graded("used_twice", points=1)
 def test_gradients_of_a_small_graph(impl):
     "The gradients of g = (x + y)(x z) with respect to x, y and z; where a value goes two ways, both are added."
-    values = _as_numbers(impl)
+    values = as_numbers(impl)
     assert np.shape(values) == (3,), "three numbers are needed: dg/dx, dg/dy, dg/dz."
     x, y, z = -2.0, 5.0, -4.0
     q, p = x + y, x * z
@@ -127,7 +105,7 @@ def test_a_layer_of_two_outputs(impl):
         "the sum over the batch; each row is an answer of its own": expected.sum(axis=0),
         "the bias is multiplied": (expected - bias) * bias,
     }
-    _name(found, expected, mistakes, what)
+    name_mistake(found, expected, mistakes, what)
     assert_matches(found, expected, what)
     square, nothing = np.array([[1.0, 2.0], [3.0, 4.0]]), np.zeros(2)
     rows = np.array([[1.0, 0.0], [0.0, 1.0], [5.0, -1.0]])
@@ -138,7 +116,7 @@ def test_a_layer_of_two_outputs(impl):
         )
     }
     found = impl(rows, square, nothing)
-    _name(found, expected, mistakes, what)
+    name_mistake(found, expected, mistakes, what)
     assert_matches(found, expected, what)
 
 
@@ -178,7 +156,7 @@ def test_gradient_of_the_input_of_a_layer(impl):
         "twice too much: there is no square here": 2 * expected,
         "multiplied by x: y is linear in x, its derivative is the weight alone": expected * x,
     }
-    _name(found, expected, mistakes, "d_x")
+    name_mistake(found, expected, mistakes, "d_x")
     assert_matches(found, expected, "d_x")
     x, square = x[:, :2], weight[:, :2]  # square: nothing stops a matrix that is the wrong way round
     found = _several(impl(d_y, x, square), GRADIENTS)[0]
@@ -188,7 +166,7 @@ def test_gradient_of_the_input_of_a_layer(impl):
             [[_dot(row, one) for one in square] for row in d_y]
         )
     }
-    _name(found, expected, wrong, "d_x for a square weight")
+    name_mistake(found, expected, wrong, "d_x for a square weight")
     assert_matches(found, expected, "d_x for a square weight")
 
 
@@ -219,12 +197,12 @@ def test_gradient_of_the_weight_of_a_layer(impl):
             [[_dot(row, column) for column in weight.T] for row in d_y]
         ),
     }
-    _name(found, expected, mistakes, "d_weight")
+    name_mistake(found, expected, mistakes, "d_weight")
     assert_matches(found, expected, "d_weight")
     x, square = x[:, :2], weight[:, :2]  # square: nothing stops a matrix that is the wrong way round
     found = _several(impl(d_y, x, square), GRADIENTS)[1]
     mistakes = {"transposed: row s belongs to output s": expected[:, :2].T}
-    _name(found, expected[:, :2], mistakes, "d_weight, square")
+    name_mistake(found, expected[:, :2], mistakes, "d_weight, square")
     assert_matches(found, expected[:, :2], "d_weight, square")
 
 
@@ -245,7 +223,7 @@ def test_gradient_of_the_bias_of_a_layer(impl):
         "the shape (1, d_out), with an axis too many: the bias is (d_out,)": expected[np.newaxis],
         "the sign is flipped": -expected,
     }
-    _name(found, expected, mistakes, "d_bias")
+    name_mistake(found, expected, mistakes, "d_bias")
     assert_matches(found, expected, "d_bias")
 
 
@@ -290,7 +268,7 @@ def test_backward_through_a_sigmoid(impl):
         "d_y (1 - d_y) in place of s (1 - s): what is differentiated is s": d_y * (1 - d_y),
     }
     found = impl(d_y, s)
-    _name(found, expected, mistakes, "d_x of the sigmoid")
+    name_mistake(found, expected, mistakes, "d_x of the sigmoid")
     assert_matches(found, expected, "d_x of the sigmoid")
 
 
@@ -330,7 +308,7 @@ def test_backward_through_softplus(impl):
         "the mean over the batch: each number for itself": expected / len(x),
     }
     found = impl(d_y, x)
-    _name(found, expected, mistakes, "d_x of softplus")
+    name_mistake(found, expected, mistakes, "d_x of softplus")
     assert_matches(found, expected, "d_x of softplus")
 
 
@@ -347,7 +325,7 @@ def test_softplus_far_from_zero(impl):
     x, d_y = np.array([[1000.0, -1000.0], [40.0, -1e300], [1e300, 0.0]]), np.array([[2.0, 3.0], [4.0, 5.0], [6.0, 8.0]])
     expected, what = np.array([[2.0, 0.0], [4.0, 0.0], [6.0, 4.0]]), "d_x of softplus at x up to 1e300"
     found = impl(d_y, x)
-    values = _as_numbers(found)
+    values = as_numbers(found)
     if values is not None and values.shape == x.shape:
         for place in np.ndindex(x.shape):
             assert not np.isnan(values[place]), (
@@ -413,7 +391,7 @@ def test_gradient_of_the_relative_error(impl):
         "the root of what stands below the line": spp * difference / np.sqrt(below),
     }
     found = impl(filtered, reference, spp, epsilon)
-    _name(found, expected, mistakes, "dE/dc_hat")
+    name_mistake(found, expected, mistakes, "dE/dc_hat")
     assert_matches(found, expected, "dE/dc_hat")
 
 
@@ -423,12 +401,14 @@ def test_relative_error_of_a_black_reference(impl):
     filtered, reference = np.array([[0.02, 0.0, 0.7]]), np.array([[0.0, 0.0, 0.7]])
     for epsilon in (0.01, 1e-4):
         found, expected = impl(filtered, reference, 4, epsilon), np.array([[4 * 0.02 / epsilon, 0.0, 0.0]])
-        values = _as_numbers(found)
+        values = as_numbers(found)
         assert values is None or np.isfinite(values).all(), (
             f"not finite where the reference is black: is epsilon ({epsilon:g}) added to c^2?"
         )
         what = f"dE/dc_hat, epsilon {epsilon:g}, a black reference"
-        _name(found, expected, {"epsilon is another constant than the argument": expected * epsilon / 0.01}, what)
+        name_mistake(
+            found, expected, {"epsilon is another constant than the argument": expected * epsilon / 0.01}, what
+        )
         assert_matches(found, expected, what)
 
 
@@ -477,7 +457,7 @@ def test_the_five_faults_are_found(impl):
 
 def _assert_kink(impl, weight, bias, what):
     """Finite differences of relu(x W^T + b), summed over the neurons, differ from the backward pass at x."""
-    x = _as_numbers(found := impl(weight, bias))
+    x = as_numbers(found := impl(weight, bias))
     d_in = weight.shape[1]
     if x is None or x.shape != (d_in,):
         assert_matches(found, np.zeros(d_in), f"{what}: the row x")
@@ -525,7 +505,7 @@ def _assert_step(impl, given, expected, mistakes, case):
     found = _several(impl(*given), RPROP)
     for which in (2, 1, 0):  # a wrong step makes a wrong parameter
         named = {words: value for (place, words), value in mistakes.items() if place == which}
-        _name(found[which], expected[which], named, f"{case}: {RPROP[which]}")
+        name_mistake(found[which], expected[which], named, f"{case}: {RPROP[which]}")
         assert_matches(found[which], expected[which], f"{case}: {RPROP[which]}")
 
 

@@ -3,5 +3,6 @@
 from mcdenoise.classroom.checking.check import check
 from mcdenoise.classroom.checking.diagnose import assert_matches
 from mcdenoise.classroom.checking.exercise import Finding, graded, picture
+from mcdenoise.classroom.checking.mistakes import as_numbers, name_mistake
 
-__all__ = ["Finding", "assert_matches", "check", "graded", "picture"]
+__all__ = ["Finding", "as_numbers", "assert_matches", "check", "graded", "name_mistake", "picture"]
