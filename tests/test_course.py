@@ -25,6 +25,13 @@ def test_the_lecture_lists_the_exercises_with_their_points(chapter):
 
 
 @pytest.mark.parametrize("chapter", CHAPTERS)
+def test_no_line_of_the_page_is_lost(chapter):
+    """MyST takes a line that begins with % for a comment."""
+    lines = (ROOT / "lectures" / f"{chapter}.md").read_text("utf-8").splitlines()
+    assert not [line for line in lines if line.lstrip().startswith("%")]
+
+
+@pytest.mark.parametrize("chapter", CHAPTERS)
 def test_numbers_in_tables_are_filtered_without_a_bar(chapter):
     """A | within {{ }} ends the cell of a table; write {{ "%.2f" % number }} there."""
     rows = (ROOT / "lectures" / f"{chapter}.md").read_text("utf-8").splitlines()

@@ -16,7 +16,6 @@ from stored_figures import (
     assert_quoted_numbers_exist,
     assert_same_numbers,
     assert_stored_shown_and_small,
-    page_of,
     stored_numbers,
 )
 
@@ -40,11 +39,6 @@ def test_every_figure_is_stored_shown_and_small():
 
 def test_the_page_quotes_numbers_that_exist():
     assert_quoted_numbers_exist("ch05", at_least=80)
-
-
-def test_no_line_of_the_page_is_lost():
-    """MyST takes a line that begins with % for a comment."""
-    assert not [line for line in page_of("ch05").splitlines() if line.lstrip().startswith("%")]
 
 
 def test_the_example_by_hand():

@@ -19,7 +19,7 @@ from mcdenoise.kernels.rows import ZERO, exp2, place
 BLOCK = 256
 PLANE = BLOCK + 16  # from one plane to the next: at a power of two all planes would share a few places of the cache
 LENGTH, STEP = place(BLOCK), place(PLANE)
-ACTIVATIONS = NONE, SIGMOID, TANH, RELU, SOFTPLUS = range(5)
+NONE, SIGMOID, TANH, RELU, SOFTPLUS = range(5)
 ONE, TWO, NOTHING = np.float32(1), np.float32(2), np.float32(0)
 LOG2_E = np.float32(np.log2(np.e))
 L3, L5, L7, L9, L11, L13 = (np.float32(1 / k) for k in (3, 5, 7, 9, 11, 13))

@@ -9,7 +9,7 @@ A layer keeps nothing of what passes through it and changes none of its arrays.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -24,7 +24,7 @@ class Layer:
     @property
     def parameters(self) -> dict[str, np.ndarray]:
         """The arrays that training changes, by name; empty for an activation."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        return dict(vars(self))
 
     def replace(self, parameters: dict[str, np.ndarray]) -> Self:
         """The same layer with other parameters."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ import numpy as np
 from mcdenoise.nn.layers import Linear, ReLU, Sigmoid, Softplus, Step, Tanh
 from mcdenoise.nn.network import DTYPES, MLP
 from mcdenoise.samples.gate import check_nonfinite
-from mcdenoise.samples.storage import write_beside
+from mcdenoise.samples.storage import open_npz, write_npz
 
 FORMAT = "mcdenoise-network-1"
 KINDS = {kind.__name__: kind for kind in (Linear, Step, Sigmoid, Tanh, ReLU, Softplus)}
@@ -31,17 +30,12 @@ def save_network(network: MLP, path: str | os.PathLike) -> None:
     --------
     load_network : reads the file back, checked.
     """
-    path = Path(path)
-    if path.suffix != ".npz":
-        raise ValueError(f"A network is stored as .npz, got the name {path.name!r}. Call it {path.stem}.npz.")
     kinds = [type(layer).__name__ for layer in network.layers]
     if unknown := sorted(set(kinds) - set(KINDS)):
         raise ValueError(f"Layers of the kinds {', '.join(KINDS)} can be stored, got {', '.join(unknown)}.")
     for name, array in network.parameters.items():
         check_nonfinite(array, name)
-    about = np.array(json.dumps({"format": FORMAT, "layers": kinds}))
-    with write_beside(path) as temporary, temporary.open("wb") as file:
-        np.savez_compressed(file, about=about, **network.parameters)
+    write_npz(path, "A network is", {"format": FORMAT, "layers": kinds}, network.parameters)
 
 
 def load_network(path: str | os.PathLike) -> MLP:
@@ -62,21 +56,13 @@ def load_network(path: str | os.PathLike) -> MLP:
     ...     np.array_equal(load_network(Path(folder) / "small.npz").parameters["weight_1"], mlp.parameters["weight_1"])
     True
     """
-    path = Path(path)
-    if not path.is_file():
-        raise ValueError(f"A network is read from an .npz file, but there is no file {path}.")
-    try:
-        with path.open("rb") as file, np.lib.npyio.NpzFile(file, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored.files}
-            about = json.loads(str(arrays.pop("about")))
-            kinds = [KINDS[kind] for kind in about["layers"]] if about["format"] == FORMAT else None
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
-        raise ValueError(
-            f"{path} is not a whole file of a network written by save_network ({error!r}). Train or save it again."
-        ) from error
+    with open_npz(path, "a network written by save_network", "Train or save it again.") as stored:
+        arrays = {name: stored[name] for name in stored.files}
+        about = json.loads(str(arrays.pop("about")))
+        kinds = [KINDS[kind] for kind in about["layers"]] if about["format"] == FORMAT else None
     if kinds is None:
         raise ValueError(f"{path} must have the format {FORMAT}, got {about['format']!r}. Save it with this version.")
-    return _build(kinds, arrays, path)
+    return _build(kinds, arrays, Path(path))
 
 
 def _build(kinds: list[type], arrays: dict[str, np.ndarray], path: Path) -> MLP:

@@ -1,7 +1,7 @@
 """Samples on disk: one `.npz`, never a pickle, never half a file.
 
-Also the two small things that every room that writes needs: `write_beside` (write next to the target, then rename) and
-`cache_folder` (where things live that can always be made again).
+Also the small things that every room that writes needs: `write_beside` (write next to the target, then rename), `write_npz`
+and `open_npz`, and `cache_folder` (where things live that can always be made again).
 """
 
 from __future__ import annotations
@@ -10,9 +10,10 @@ import json
 import os
 import tempfile
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -77,6 +78,59 @@ def write_beside(path: str | os.PathLike) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def write_npz(
+    path: str | os.PathLike, subject: str, about: Mapping[str, Any], arrays: Mapping[str, np.ndarray]
+) -> None:
+    """Write named arrays and one JSON text, `about`, to an `.npz` file.
+
+    Parameters
+    ----------
+    subject : what is stored, for the message: ``"Samples are"``
+
+    Raises
+    ------
+    ValueError
+        If `path` does not end in `.npz` or its folder does not exist.
+    """
+    path = Path(path)
+    if path.suffix != ".npz":
+        raise ValueError(f"{subject} stored as .npz, got the name {path.name!r}. Call it {path.stem}.npz.")
+    with write_beside(path) as temporary, temporary.open("wb") as file:
+        np.savez_compressed(file, about=np.array(json.dumps(about)), **arrays)
+
+
+@contextmanager
+def open_npz(path: str | os.PathLike, what: str, remedy: str) -> Iterator[np.lib.npyio.NpzFile]:
+    """Open an `.npz` file without pickle; whatever goes wrong while it is read becomes one sentence.
+
+    Parameters
+    ----------
+    what : should be in it, for the message: ``"samples written by SampleBuffer.save"``
+    remedy : what to do, a sentence
+
+    Raises
+    ------
+    ValueError
+        If there is no such file, it is no whole `.npz`, or what the block asks of it is not in it.
+
+    Examples
+    --------
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_npz(Path(folder) / "one.npz", "One is", {}, {"one": np.ones(1)})
+    ...     with open_npz(Path(folder) / "one.npz", "a one", "Write it again.") as stored:
+    ...         stored["one"]
+    array([1.])
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ValueError(f"An .npz file of {what} is needed, but there is no file {path}.")
+    try:
+        with path.open("rb") as file, np.lib.npyio.NpzFile(file, allow_pickle=False) as stored:
+            yield stored
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise ValueError(f"{path} is not a whole file of {what} ({error}). {remedy}") from error
+
+
 def save_samples(samples: SampleBuffer, path: str | os.PathLike) -> None:
     """Write `samples` to `path`, a `.npz` file of plain arrays (float32; `hit` bool) and one JSON text.
 
@@ -89,19 +143,13 @@ def save_samples(samples: SampleBuffer, path: str | os.PathLike) -> None:
     --------
     load_samples : reads the file back, checked.
     """
-    path = Path(path)
-    if path.suffix != ".npz":
-        raise ValueError(f"Samples are stored as .npz, got the name {path.name!r}. Call it {path.stem}.npz.")
     about = {
         "format": FORMAT,
         "random_params": {field.name: field.channels for field in samples.layout.random_params},
         "features": {field.name: field.channels for field in samples.layout.features},
         "provenance": dict(samples.provenance),
     }
-    with write_beside(path) as temporary, temporary.open("wb") as file:
-        np.savez_compressed(
-            file, about=np.array(json.dumps(about)), **{name: getattr(samples, name) for name in ARRAYS}
-        )
+    write_npz(path, "Samples are", about, {name: getattr(samples, name) for name in ARRAYS})
 
 
 def load_samples(path: str | os.PathLike, nonfinite: str = "raise") -> SampleBuffer:
@@ -129,17 +177,9 @@ def load_samples(path: str | os.PathLike, nonfinite: str = "raise") -> SampleBuf
     ...     load_samples(Path(folder) / "ones.npz").radiance.shape
     (1, 1, 4, 3)
     """
-    path = Path(path)
-    if not path.is_file():
-        raise ValueError(f"Samples are read from an .npz file, but there is no file {path}.")
-    try:
-        with path.open("rb") as file, np.lib.npyio.NpzFile(file, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in (*ARRAYS, "about")}
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-        raise ValueError(
-            f"{path} is not a whole file of samples written by SampleBuffer.save ({error}). Capture or save it again."
-        ) from error
-    return _unpack(arrays, path, nonfinite)
+    with open_npz(path, "samples written by SampleBuffer.save", "Capture or save it again.") as stored:
+        arrays = {name: stored[name] for name in (*ARRAYS, "about")}
+    return _unpack(arrays, Path(path), nonfinite)
 
 
 def _unpack(arrays: dict[str, np.ndarray], path: Path, nonfinite: str) -> SampleBuffer:

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from mcdenoise.nn import MLP, SGD, Diverged, Layer, Linear, ReLU, Sigmoid, SquaredError, Tanh, loss_and_gradients, train
 from mcdenoise.study.charts import COLOURS, GREY
+from mcdenoise.study.figures._ch08_checks import relative_error
 
 BLUE, RED, GREEN, PURPLE = COLOURS[:4]
 DEPTHS = (1, 2, 4, 6, 8, 12, 16, 20)
@@ -127,4 +128,4 @@ def precision() -> tuple[Figure, dict]:
 def _difference(network: MLP, x: np.ndarray, target: np.ndarray) -> float:
     """|float32 - float64| / |float64| of the first layer's gradient."""
     exact = gradients_in(np.float64, network, x, target)
-    return float(np.linalg.norm(gradients_in(np.float32, network, x, target) - exact) / np.linalg.norm(exact))
+    return relative_error(gradients_in(np.float32, network, x, target), exact)
