@@ -23,6 +23,7 @@ COLOURS = ("#4477AA", "#EE6677", "#228833", "#AA3377", "#66CCEE", "#CCBB44", "#E
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "X")
 GREY = "#777777"
 CROP_COLOURS = ("#FFD700", "#00E5FF")
+MANY_DECADES = 1e3  # from end to end of an axis: beyond, numbers at 2 and 5 would touch
 SMALLEST_ERROR = 1e-9  # where a logarithmic axis needs a number for 0
 ABOVE_LABELS = 4  # zorder
 POINT_WEIGHT = 4  # a point must not be covered; a line may be, if need be
@@ -136,11 +137,12 @@ def _curves(results: tuple[Result, ...]) -> list[list[Result]]:
 
 
 def _log_axes(axes: Axes, points: list[Point]) -> None:
-    """Logarithmic axes with room around the points for their labels, and plain numbers at 1, 2, 5."""
+    """Logarithmic axes with room around the points for their labels, and plain numbers at 1, 2, 5 as far as they fit."""
     seconds = [point[0] for point in points] or [1e-3]
     axes.set(xscale="log", xlim=(min(seconds) / 1.6, max(seconds) * 1.6))
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        low, high = axis.get_view_interval()
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < MANY_DECADES * low else (1,)))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.set_minor_formatter(NullFormatter())
     axes.grid(visible=True, color="#e5e5e5", linewidth=0.6)
