@@ -95,12 +95,38 @@ def prefilter_features(
     for field in samples.layout.chosen("features", names):
         mean = pixel_mean(samples[field.name])
         variance = noise_variance(samples[field.name], radius=0, engine=engine)
-        both = np.concatenate([with_channels(mean), with_channels(variance)], axis=-1)
-        filtered = nlm(
-            both, variance, guide=mean, search_radius=5, patch_radius=3, k=1.0, weight_radius=2, cancellation=0.0,
-            engine=engine,
-        )  # fmt: skip
-        inside = np.clip(filtered[..., : field.channels], mean.min(), mean.max())  # rounding must not leave the range
-        features[field.name] = inside.reshape(mean.shape)
-        variances[field.name] = np.maximum(filtered[..., field.channels :], 0).reshape(mean.shape)
+        features[field.name], variances[field.name] = prefilter_feature(mean, variance, engine)
     return features, variances
+
+
+def prefilter_feature(mean: np.ndarray, variance: np.ndarray, engine: str = "numba") -> tuple[np.ndarray, np.ndarray]:
+    """One feature with its noise removed by NL-means, as `prefilter_features` does for each, and the variance left.
+
+    Parameters
+    ----------
+    mean, variance : (h, w) or (h, w, c), pixel means and how far they may be off, squared.
+    engine : ``"numba"`` or ``"numpy"``.
+
+    Returns
+    -------
+    filtered, variance : both of the shape of `mean`; `filtered` stays within the range of `mean`.
+
+    Raises
+    ------
+    ValueError
+        As `nlm`.
+
+    Examples
+    --------
+    >>> filtered, variance = prefilter_feature(np.array([[1.0, 1.2]]), np.full((1, 2), 0.5), "numpy")
+    >>> filtered.round(2), variance
+    (array([[1.1, 1.1]]), array([[0.5, 0.5]]))
+    """
+    channels = with_channels(mean).shape[-1]
+    both = np.concatenate([with_channels(mean), with_channels(variance)], axis=-1)
+    filtered = nlm(
+        both, variance, guide=mean, search_radius=5, patch_radius=3, k=1.0, weight_radius=2, cancellation=0.0,
+        engine=engine,
+    )  # fmt: skip
+    inside = np.clip(filtered[..., :channels], mean.min(), mean.max())  # rounding must not leave the range
+    return inside.reshape(mean.shape), np.maximum(filtered[..., channels:], 0).reshape(mean.shape)
