@@ -118,7 +118,8 @@ def _place(
 def lights_drawn(rng: np.random.Generator, camera: Camera, kind: frozenset[str]) -> dict[str, Light]:
     """Hang one or two square lights: small ones with hard shadows, large ones with wide penumbrae.
 
-    They are out of view, and the second is at least 35 degrees from the first, since lights cast shadows too. With metal none is tiny: its reflection would be a firefly that even a reference does not get rid of.
+    They are out of view, and 35 degrees apart as seen from the middle, since a light casts shadows too. With metal none is
+    tiny: its reflection would be a firefly that even a reference does not get rid of.
     """
     lights = {}
     for index in range(1 + (rng.random() < 0.4)):
