@@ -21,6 +21,18 @@ from mcdenoise.filters import (
     prefilter_features,
     safe_albedo,
 )
+from mcdenoise.lbf import (
+    FilterLayer,
+    LBFAnalysis,
+    LBFModel,
+    Primary,
+    lbf,
+    lbf_analysis,
+    load_model,
+    primary_features,
+    secondary_features,
+    secondary_names,
+)
 from mcdenoise.metrics import mse, psnr, relmse, relmse_map, squared_error_map, ssim
 from mcdenoise.render import capture, read_exr, render_image, render_reference, scene_names, write_exr
 from mcdenoise.rpf import (
@@ -46,7 +58,11 @@ from mcdenoise.samples import (
 
 __all__ = [
     "Dependency",
+    "FilterLayer",
+    "LBFAnalysis",
+    "LBFModel",
     "Neighbourhood",
+    "Primary",
     "RPFAnalysis",
     "RPFConfig",
     "SampleBuffer",
@@ -60,6 +76,9 @@ __all__ = [
     "gaussian",
     "half_means",
     "joint_nlm",
+    "lbf",
+    "lbf_analysis",
+    "load_model",
     "load_samples",
     "mse",
     "mutual_information",
@@ -68,6 +87,7 @@ __all__ = [
     "noise_variance",
     "pixel_mean",
     "prefilter_features",
+    "primary_features",
     "psnr",
     "read_exr",
     "relmse",
@@ -80,6 +100,8 @@ __all__ = [
     "safe_albedo",
     "sample_variance",
     "scene_names",
+    "secondary_features",
+    "secondary_names",
     "show_decision",
     "show_difference",
     "show_images",

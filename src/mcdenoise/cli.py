@@ -1,4 +1,4 @@
-"""The command line: `mcdenoise compare SCENE`, `mcdenoise classroom build | check | grade | release`, `mcdenoise doctor`."""
+"""The command line: `mcdenoise compare SCENE`, `train`, `classroom build | check | grade | release`, `doctor`."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ from pathlib import Path
 
 from mcdenoise.classroom.command import add_commands
 from mcdenoise.classroom.command import run as run_classroom
+from mcdenoise.lbf.dataset import DataConfig
+from mcdenoise.lbf.layer import VARIANTS
+from mcdenoise.lbf.primary import GROUPS
+from mcdenoise.lbf.training import TrainConfig
 from mcdenoise.study.arguments import OneLineParser
 
 
@@ -27,6 +31,7 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"mcdenoise {version('mcdenoise')}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_compare(commands)
+    _add_train(commands)
     add_commands(commands)
     commands.add_parser(
         "doctor",
@@ -57,6 +62,40 @@ def _add_compare(commands: argparse._SubParsersAction) -> None:
         "--variant", default="auto", help="Mitsuba back end: auto, scalar_rgb, llvm_ad_rgb (default auto)"
     )
     compare.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default out/SCENE)")
+
+
+def _add_train(commands: argparse._SubParsersAction) -> None:
+    """Add `mcdenoise train`; the defaults are those of the models that come with the package."""
+    usual, data = TrainConfig(), DataConfig()
+    train = commands.add_parser(
+        "train",
+        help="train the network that sets the dials of a filter (chapter 09)",
+        description="Render random scenes, train a model through the filter, and write it with its card and its loss curve. "
+        "Without options the result is the model that comes with the package.",
+    )
+    train.add_argument("--variant", choices=VARIANTS, default=usual.variant, help=f"filter (default {usual.variant})")
+    train.add_argument(
+        "--out", type=Path, metavar="MODEL.npz", help="default out/VARIANT.npz; card and chart stand beside it"
+    )
+    train.add_argument(
+        "--groups", nargs="*", default=usual.groups, metavar="GROUP", help=f"of features, out of {', '.join(GROUPS)}"
+    )
+    train.add_argument("--hidden", type=int, nargs="*", default=usual.hidden, metavar="WIDTH", help="of hidden layers")
+    train.add_argument("--scenes", type=int, default=data.scenes, help=f"to learn from (default {data.scenes})")
+    train.add_argument(
+        "--validation", type=int, default=data.validation, help=f"to stop by (default {data.validation})"
+    )
+    train.add_argument(
+        "--size", type=int, default=data.size, help=f"height and width of the images (default {data.size})"
+    )
+    train.add_argument("--spp", type=int, nargs="+", default=data.spp, help="samples per pixel (default 4 8 16 32 64)")
+    train.add_argument("--reference-spp", type=int, default=data.reference_spp, help="of the references (default 512)")
+    train.add_argument("--epochs", type=int, default=usual.epochs, help=f"at most (default {usual.epochs})")
+    train.add_argument("--seed", type=int, default=usual.seed, help="of weights, rows and dropped groups (default 0)")
+    train.add_argument(
+        "--data", type=Path, metavar="DIR", help="where rendered scenes are kept (default: the cache folder)"
+    )
+    train.add_argument("--resume", action="store_true", help="go on from the checkpoint beside the model")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -94,6 +133,13 @@ def run_compare(options: argparse.Namespace) -> int:
     return 0
 
 
+def run_train(options: argparse.Namespace) -> int:
+    """Run `mcdenoise train`."""
+    from mcdenoise.study.training import run_train
+
+    return run_train(options)
+
+
 def run_doctor(options: argparse.Namespace) -> int:
     """Run `mcdenoise doctor`."""
     from mcdenoise.classroom.doctor import run_doctor
@@ -101,7 +147,7 @@ def run_doctor(options: argparse.Namespace) -> int:
     return run_doctor()
 
 
-_RUN = {"compare": run_compare, "classroom": run_classroom, "doctor": run_doctor}
+_RUN = {"compare": run_compare, "train": run_train, "classroom": run_classroom, "doctor": run_doctor}
 
 
 if __name__ == "__main__":

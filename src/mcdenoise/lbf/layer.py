@@ -64,7 +64,7 @@ class FilterLayer:
     >>> filtered[0, :, 0].round(3)  # the weight of the other is exp(-0.5 * 1 - 0.5 * 3 / 2)
     array([0.223, 0.777])
     >>> layer.backward(np.ones((1, 2, 3)), saved)[0, :, 0].round(3)
-    array([-0.52,  0.52])
+    array([-0.519,  0.519])
     """
 
     primary: Primary

@@ -99,6 +99,7 @@ def train_lbf(
     config: TrainConfig,
     data: DataConfig | tuple[Sequence[SceneData], Sequence[SceneData]],
     *,
+    folder: Path | None = None,
     checkpoint: Path | None = None,
     resume: bool = False,
     progress: bool | None = None,
@@ -109,6 +110,7 @@ def train_lbf(
     ----------
     config : how
     data : on what; scenes that are given are taken as they are
+    folder : where rendered scenes are kept; default: in the cache folder
     checkpoint : a `.npz` that is written at each look at the validation scenes
     resume : go on from `checkpoint`, to the same result as without the interruption
     progress : show a bar; default: on a terminal
@@ -121,7 +123,7 @@ def train_lbf(
     ValueError
         For a checkpoint that is not whole, or belongs to another training.
     """
-    scenes = load_data(data) if isinstance(data, DataConfig) else data
+    scenes = load_data(data, folder) if isinstance(data, DataConfig) else data
     start = process_time()
     model, examples, watched = _prepare(config, *scenes)
     task, judge = _Task(FilterLoss(model, examples)), _Task(FilterLoss(model, watched))
