@@ -106,8 +106,20 @@ def test_accuracy_takes_its_dials_from_the_command_line(capsys):
         (["rpf", "--size", "8"], "argument --size: a whole number of at least 16 is needed, got '8'"),
         (["rpf", "--repeats", "0"], "argument --repeats: a whole number of at least 1 is needed, got '0'"),
         (["nn", "--repeats", "0"], "argument --repeats: a whole number of at least 1 is needed, got '0'"),
+        (["lbf", "--size", "7"], "argument --size: a whole number of at least 8 is needed, got '7'"),
+        (["lbf", "--radius", "-1"], "argument --radius: a whole number of at least 0 is needed, got '-1'"),
+        (
+            ["lbf", "--json", "times.txt"],
+            "argument --json: a name that ends in .json, in a folder that exists, is needed",
+        ),
+        (
+            ["lbf_accuracy", "--json", "nowhere/errors.json"],
+            "in a folder that exists, is needed, got 'nowhere/errors.json'",
+        ),
+        (["lbf_accuracy", "--spp", "1"], "argument --spp: a whole number of at least 2 is needed, got '1'"),
+        (["lbf_accuracy", "--scenes", "moon"], "moon"),
         (["everything"], "invalid choice: 'everything'"),
-        ([], "the following arguments are required: {filters,accuracy,rpf,nn}"),
+        ([], "the following arguments are required: {filters,accuracy,rpf,nn,lbf,lbf_accuracy}"),
     ],
 )
 def test_bad_arguments_give_one_line_and_code_2(arguments, message, capsys):

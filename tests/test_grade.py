@@ -290,13 +290,13 @@ def test_the_solutions_of_a_chapter_get_full_points(number):
 
 
 def _with_reference(source):
-    """The cell with the reference itself in place of its import: the whole module, or of nn that one function."""
-    found = re.search(r"^from mcdenoise\.(filters|rpf|nn)\.(?!window)(\w+) import (\w+).*$", source, re.MULTILINE)
+    """The cell with the reference itself in place of its import: the whole module, or of nn and lbf that one function."""
+    found = re.search(r"^from mcdenoise\.(filters|rpf|nn|lbf)\.(?!window)(\w+) import (\w+).*$", source, re.MULTILINE)
     if not found:
         return source
     room, module, name = found.groups()
-    if room == "nn":  # its modules need the gate
-        text = inspect.getsource(getattr(import_module(f"mcdenoise.nn.{module}"), name))
+    if room in ("nn", "lbf"):  # their modules need others
+        text = inspect.getsource(getattr(import_module(f"mcdenoise.{room}.{module}"), name))
     else:
         text = (ROOT / "src" / "mcdenoise" / room / f"{module}.py").read_text()
     return text.replace("from __future__ import annotations", "") + source.replace(found[0], "")

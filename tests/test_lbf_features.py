@@ -14,6 +14,8 @@ from mcdenoise.filters.prefilter import prefilter_feature
 from mcdenoise.lbf.mad import NORMAL_MEDIAN, _median_4x4, mad
 from mcdenoise.lbf.primary import GROUPS, Primary, primary_features, scene_frame, two_buffer_variance
 from mcdenoise.lbf.secondary import (
+    KINDS,
+    colour_group,
     deviation_3x3,
     gradient,
     mean_7x7,
@@ -395,3 +397,25 @@ def test_a_primary_is_frozen(samples):
     assert isinstance(primary, Primary)
     with pytest.raises(AttributeError):
         primary.spp = 5
+
+
+def test_colour_is_one_more_group_for_the_network_alone(rng):
+    primary = primary_features(five_groups(rng))
+    names, values = secondary_names([*primary.groups, "colour"]), secondary_features(primary, colour=True)
+    assert len(names) == 43
+    assert values.shape == (9, 10, 43)
+    own = [k for k, name in enumerate(names) if "colour" in name]
+    assert [names[k] for k in own] == [f"{kind} colour" for kind in KINDS]
+    np.testing.assert_array_equal(np.delete(values, own, axis=-1), secondary_features(primary))
+    raw, filtered, variance = colour_group(primary)
+    np.testing.assert_allclose(raw, np.log1p(primary.colour), rtol=1e-6)
+    expected = prefilter_feature(raw, primary.colour_variance / (1 + primary.colour) ** 2)
+    np.testing.assert_array_equal(filtered, expected[0])
+    np.testing.assert_array_equal(variance, expected[1])
+    np.testing.assert_allclose(values[..., own[1]], filtered.mean(axis=-1), rtol=1e-5)
+
+
+def test_colour_below_zero_counts_as_black():
+    black = Primary(np.full((2, 2, 3), -5.0, np.float32), np.zeros((2, 2, 3), np.float32), {}, {}, {}, spp=4)
+    np.testing.assert_array_equal(colour_group(black)[0], 0)
+    assert secondary_features(black, colour=True).shape == (2, 2, 8)

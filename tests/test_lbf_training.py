@@ -8,7 +8,7 @@ import pytest
 
 from mcdenoise.cli import main
 from mcdenoise.lbf.checkpoint import load_checkpoint
-from mcdenoise.lbf.dataset import KEEP, DataConfig, SceneData, drop_groups, load_data, subsets
+from mcdenoise.lbf.dataset import KEEP, DataConfig, SceneData, drop_groups, flip_axes, load_data, subsets
 from mcdenoise.lbf.layer import FilterLayer
 from mcdenoise.lbf.model import LBFModel
 from mcdenoise.lbf.oracle import oracle
@@ -20,6 +20,7 @@ from mcdenoise.lbf.pixel import (
     softplus_link,
 )
 from mcdenoise.lbf.primary import GROUPS, Primary
+from mcdenoise.lbf.secondary import secondary_features, secondary_names
 from mcdenoise.lbf.storage import load_model
 from mcdenoise.lbf.training import TrainConfig, train_lbf
 from mcdenoise.nn import RPROP, Diverged, RelativeError
@@ -168,6 +169,8 @@ def test_groups_that_no_scene_has_are_named(scenes):
         ({"variant": "mean"}, "variant must be one of"),
         ({"epochs": 0}, "epochs must be"),
         ({"rows": 0}, "rows must be"),
+        ({"validation_rows": 0}, "validation_rows must be"),
+        ({"training_radius": 0}, "training_radius must be"),
         ({"first_step": -1.0}, "first"),
     ],
 )
@@ -209,7 +212,26 @@ def test_groups_are_dropped_as_often_as_said():
     kept = [drop_groups(primary, GROUPS, rng).groups for _ in range(1000)]
     for name, share in KEEP.items():
         found = np.mean([name in one for one in kept])
-        assert abs(found - share) < 4 * np.sqrt(share * (1 - share) / 1000)
+        assert abs(found - share) <= 4 * np.sqrt(share * (1 - share) / 1000)
+
+
+def test_turning_axes_round_changes_what_the_network_sees_and_not_what_the_filter_does():
+    image = np.random.default_rng(5).random((6, 7, 3)).astype(np.float32)
+    every = dict.fromkeys(GROUPS, image)
+    primary = Primary(image, image, every, every, every, 4)
+    turned = [flip_axes(primary, np.random.default_rng(seed)) for seed in range(8)]
+    assert any((one.features["world_position"] < 0).any() for one in turned)
+    theta = np.full((6, 7, 7), 0.1)
+    expected = FilterLayer(primary, engine="numpy").forward(theta)[0]
+    names, before = secondary_names(GROUPS), secondary_features(primary)
+    for one in turned:
+        np.testing.assert_array_equal(FilterLayer(one, engine="numpy").forward(theta)[0], expected)
+        for k, name in enumerate(names):
+            if name not in [
+                f"{kind} {group}" for kind in ("mean", "mean 7x7") for group in ("world_position", "shading_normal")
+            ]:
+                np.testing.assert_allclose(secondary_features(one)[..., k], before[..., k], rtol=1e-5, atol=1e-6)
+        assert set(np.unique(np.sign(one.raw["albedo"]))) == {1}
 
 
 def test_the_command_trains_writes_and_resumes(tmp_path, capsys):
@@ -221,9 +243,9 @@ def test_the_command_trains_writes_and_resumes(tmp_path, capsys):
     model = load_model(out)
     assert model.groups == GROUPS
     assert model.card["training_scenes"] == ["random_0", "random_1"]
-    assert out.with_suffix(".md").read_text().startswith("# Model card: cross_bilateral, 36-4-6, 178 parameters")
+    assert out.with_suffix(".md").read_text().startswith("# Model card: cross_bilateral, 43-4-7, 211 parameters")
     assert out.with_suffix(".png").stat().st_size > 10_000
-    assert "178 parameters, 5 epochs" in capsys.readouterr().out
+    assert "211 parameters, 5 epochs" in capsys.readouterr().out
     stamps = {path: path.stat().st_mtime_ns for path in data.iterdir()}
     assert main([*options, "--epochs", "6", "--resume"]) == 0
     assert {path: path.stat().st_mtime_ns for path in data.iterdir()} == stamps

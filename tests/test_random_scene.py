@@ -138,7 +138,9 @@ def test_all_that_may_be_drawn_is_drawn():
     assert set(patterns) == {"plain", "checker", "stripes_u", "stripes_v", "metal"}
     assert {len(shapes(seed, Ball, Box)) for seed in MANY} == set(range(3, 10))
     assert {len(shapes(seed, Light)) for seed in MANY} == {1, 2}
-    assert 0.15 < np.mean([bool(shapes(seed, Lamp)) for seed in MANY]) < 0.35
+    for lens, share in ((True, 0.7), (False, 0.25)):
+        lamps = [bool(shapes(seed, Lamp)) for seed in MANY if ("lens" in random_kind(seed)) == lens]
+        assert abs(np.mean(lamps) - share) < 4 * np.sqrt(share * (1 - share) / len(lamps))
     assert 0.75 < np.mean(["wall_back" in shapes(seed, Panel) for seed in MANY]) < 0.95
     sizes = [light.half_size for seed in MANY for light in shapes(seed, Light).values()]
     assert min(sizes) < 0.2

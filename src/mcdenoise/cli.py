@@ -89,7 +89,12 @@ def _add_train(commands: argparse._SubParsersAction) -> None:
         "--size", type=int, default=data.size, help=f"height and width of the images (default {data.size})"
     )
     train.add_argument("--spp", type=int, nargs="+", default=data.spp, help="samples per pixel (default 4 8 16 32 64)")
-    train.add_argument("--reference-spp", type=int, default=data.reference_spp, help="of the references (default 512)")
+    train.add_argument(
+        "--reference-spp",
+        type=int,
+        default=data.reference_spp,
+        help=f"of the references (default {data.reference_spp})",
+    )
     train.add_argument("--epochs", type=int, default=usual.epochs, help=f"at most (default {usual.epochs})")
     train.add_argument("--seed", type=int, default=usual.seed, help="of weights, rows and dropped groups (default 0)")
     train.add_argument(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -20,9 +20,10 @@ from mcdenoise.samples.gate import check_count
 from mcdenoise.samples.storage import cache_folder, open_npz, write_npz
 
 SPP = (4, 8, 16, 32, 64)
+DIRECTED = ("world_position", "shading_normal")
 FORMAT = "mcdenoise-lbf-data-1"
 # How often a group stays: every scene has the first three, while second hits and visibility are rarer.
-KEEP = dict(zip(GROUPS, (0.9, 0.9, 0.9, 0.5, 0.5), strict=True))
+KEEP = dict(zip(GROUPS, (1.0, 1.0, 1.0, 0.5, 0.5), strict=True))
 
 
 @dataclass(frozen=True)
@@ -44,11 +45,11 @@ class DataConfig:
     ((0, 1), (2,))
     """
 
-    scenes: int = 40
-    validation: int = 10
-    size: int = 128
+    scenes: int = 100
+    validation: int = 20
+    size: int = 96
     spp: tuple[int, ...] = SPP
-    reference_spp: int = 512
+    reference_spp: int = 256
     first: int = 0
 
     def __post_init__(self) -> None:
@@ -164,3 +165,18 @@ def drop_groups(primary: Primary, groups: Sequence[str], rng: np.random.Generato
     """The features of a scene that lacks some of `groups`, drawn at random: so a model learns to do without them."""
     kept = [g for g in groups if g in primary.groups and rng.random() < KEEP[g]]
     return primary.select(kept)
+
+
+def flip_axes(primary: Primary, rng: np.random.Generator) -> Primary:
+    """The same scene with some axes of the world turned round.
+
+    Which way an axis points is a convention, and no distance knows it; but the network sees means of positions and
+    normals, and would learn by heart where things stand in the training scenes.
+    """
+    turned = primary
+    signs = np.where(rng.random(3) < 0.5, -1, 1).astype(np.float32)
+    for kind in ("raw", "features"):
+        arrays = dict(getattr(turned, kind))
+        arrays |= {group: arrays[group] * signs for group in DIRECTED if group in arrays}
+        turned = replace(turned, **{kind: arrays})
+    return turned

@@ -21,11 +21,13 @@ class Example:
     layer : the filter, with the rows that count
     inputs : (n, inputs), of the network, n pixels
     target : (n, 3), the reference
+    weight : of the image's errors in the loss
     """
 
     layer: FilterLayer
     inputs: np.ndarray
     target: np.ndarray
+    weight: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,10 +79,9 @@ class FilterLoss:
 
     @property
     def _error(self) -> RelativeError:
-        """The relative error, with the spp of every row."""
-        return RelativeError(
-            np.concatenate([np.full(len(e.inputs), float(e.layer.primary.spp)) for e in self.examples])
-        )
+        """The relative error, with spp and weight of every row."""
+        each = [np.full(len(e.inputs), e.weight * e.layer.primary.spp) for e in self.examples]
+        return RelativeError(np.concatenate(each))
 
     def _back(self, example: Example, d_filtered: np.ndarray, saved: Saved) -> np.ndarray:
         """From the gradient of one image's filtered colours to that of the network's outputs."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from mcdenoise.lbf.layer import LARGEST_THETA, PATCH_RADIUS, RADIUS, FilterLayer
 from mcdenoise.lbf.primary import GROUPS, Primary
-from mcdenoise.lbf.secondary import secondary_features, secondary_names
+from mcdenoise.lbf.secondary import COLOUR, secondary_features, secondary_names
 from mcdenoise.nn import MLP, Softplus
 from mcdenoise.samples.gate import check_bandwidth, check_names
 
@@ -35,13 +35,14 @@ class LBFModel:
     groups : of features, in the order of `GROUPS`
     variant, radius, patch_radius : of the filter, see `FilterLayer`
     colour_theta : theta of the colour's distance, the same everywhere; None: the network predicts it
+    sees_colour : the network sees secondary features of the colour, too; the paper's does not
     card : how the model came about, as JSON can hold it
 
     Examples
     --------
     >>> model = LBFModel.random(["albedo"], hidden=[2], rng=np.random.default_rng(0))
     >>> model.outputs, model.network.size
-    (('position', 'albedo'), 24)
+    (('position', 'colour', 'albedo'), 41)
     """
 
     network: MLP
@@ -51,13 +52,14 @@ class LBFModel:
     variant: str = "cross_bilateral"
     radius: int = RADIUS
     patch_radius: int = PATCH_RADIUS
-    colour_theta: float | None = 0.01
+    colour_theta: float | None = None
+    sees_colour: bool = True
     card: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
         groups = check_names(self.groups, GROUPS, "groups")
         object.__setattr__(self, "groups", tuple(group for group in GROUPS if group in groups))
-        inputs, outputs = len(secondary_names(self.groups)), len(self.outputs)
+        inputs, outputs = len(self.input_names), len(self.outputs)
         weights = [one for name, one in self.network.parameters.items() if name.startswith("weight")]
         if (weights[0].shape[1], weights[-1].shape[0]) != (inputs, outputs):
             raise ValueError(
@@ -89,13 +91,18 @@ class LBFModel:
         groups : names out of `GROUPS`. hidden : widths of the hidden layers (sigmoid). rng : where the weights come from.
         dtype : of the network. settings : the other attributes of `LBFModel`.
         """
-        inputs = len(secondary_names(groups))
-        probe = _predicted(groups, settings.get("colour_theta", 0.01))
+        inputs = len(_seen(groups, settings.get("sees_colour", True)))
+        probe = _predicted(groups, settings.get("colour_theta"))
         network = MLP.random([inputs, *hidden, len(probe)], output=Softplus(), rng=rng, gain=0.5, dtype=dtype)
         last = f"bias_{len(hidden) + 1}"
         start = np.array([START[name] for name in probe])
         parameters = {**network.parameters, last: np.log(np.expm1(start)).astype(dtype)}
         return cls(network.replace(parameters), np.zeros(inputs), np.ones(inputs), tuple(groups), **settings)
+
+    @property
+    def input_names(self) -> list[str]:
+        """What the network sees."""
+        return _seen(self.groups, self.sees_colour)
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -114,9 +121,9 @@ class LBFModel:
     def inputs(self, primary: Primary) -> np.ndarray:
         """What the network sees, (h, w, inputs) float32: normalised, 0 where the scene lacks a group."""
         primary = self.known(primary)
-        names = secondary_names(self.groups)
-        own = {name: k for k, name in enumerate(secondary_names(primary.groups))}
-        values = secondary_features(primary)
+        names = self.input_names
+        own = {name: k for k, name in enumerate(_seen(primary.groups, self.sees_colour))}
+        values = secondary_features(primary, self.sees_colour)
         found = np.zeros((*values.shape[:2], len(names)), np.float32)
         for k, name in enumerate(names):
             if name in own:
@@ -148,3 +155,8 @@ class LBFModel:
 def _predicted(groups: tuple[str, ...] | list[str], colour_theta: float | None) -> list[str]:
     """Names of what is predicted."""
     return ["position", *(["colour"] if colour_theta is None else []), *(g for g in GROUPS if g in groups)]
+
+
+def _seen(groups: tuple[str, ...] | list[str], colour: bool) -> list[str]:
+    """Names of what the network sees."""
+    return secondary_names([*groups, *[COLOUR] * colour])

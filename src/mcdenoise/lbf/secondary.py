@@ -7,12 +7,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from mcdenoise.filters import gaussian
+from mcdenoise.filters.prefilter import prefilter_feature
 from mcdenoise.filters.window import window_offsets
 from mcdenoise.lbf.despike import sums_around, window_count
 from mcdenoise.lbf.mad import by_plane, mad
 from mcdenoise.lbf.primary import GROUPS, Primary
 from mcdenoise.samples.gate import check_names
 
+COLOUR = "colour"  # no group of the filter's distances; what the network may see besides
+SEEN = (*GROUPS, COLOUR)
 KINDS = ("mad", "mean", "std", "mean 7x7", "std 7x7", "deviation 3x3", "gradient")
 
 
@@ -38,13 +41,13 @@ def secondary_names(groups: Sequence[str]) -> list[str]:
     ['mad albedo', 'mean albedo', 'std albedo', 'mean 7x7 albedo', 'std 7x7 albedo', 'deviation 3x3 albedo',
      'sampling rate', 'gradient albedo']
     """
-    chosen = check_names(groups, GROUPS, "groups")
-    ordered = [group for group in GROUPS if group in chosen]
+    chosen = check_names(groups, SEEN, "groups")
+    ordered = [group for group in SEEN if group in chosen]
     names = [f"{kind} {group}" for kind in KINDS for group in ordered]
     return [*names[: 6 * len(ordered)], "sampling rate", *names[6 * len(ordered) :]]
 
 
-def secondary_features(primary: Primary) -> np.ndarray:
+def secondary_features(primary: Primary, colour: bool = False) -> np.ndarray:
     """What the network sees of each pixel; each number is computed for every channel, then averaged over its group.
 
     | kind | of | definition |
@@ -85,17 +88,43 @@ def secondary_features(primary: Primary) -> np.ndarray:
         raise ValueError(
             f"primary must be a Primary, got {type(primary).__name__}. Pass primary_features(samples), not the samples."
         )
-    groups, size = primary.groups, primary.colour.shape[:2]
-    rate = np.full((*size, 1), 1 / primary.spp, np.float32)
+    groups, kinds = primary.groups, [primary.raw, primary.features, primary.variances]
+    if colour:
+        groups, kinds = (
+            (*groups, COLOUR),
+            [{**one, COLOUR: own} for one, own in zip(kinds, colour_group(primary), strict=True)],
+        )
+    rate = np.full((*primary.colour.shape[:2], 1), 1 / primary.spp, np.float32)
     if not groups:
         return rate
-    widths = [primary.raw[group].shape[-1] for group in groups]
-    raw, features, variances = (_side_by_side(a, groups) for a in (primary.raw, primary.features, primary.variances))
+    widths = [kinds[0][group].shape[-1] for group in groups]
+    raw, features, variances = (_side_by_side(one, groups) for one in kinds)
     around = (mean_7x7(features), std_7x7(features), deviation_3x3(features))
     kinds = [
         _group_mean(kind, widths) for kind in (mad(raw), features, np.sqrt(variances), *around, gradient(features))
     ]
     return np.concatenate([*kinds[:-1], rate, kinds[-1]], axis=-1)
+
+
+def colour_group(primary: Primary) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Colour as one more group for the network to see: log(1 + c), raw and prefiltered, and the variance that is left.
+
+    The paper's network knows nothing of the colour it is to filter: not how noisy it is, not where a shadow begins.
+    The logarithm keeps a lamp from drowning the rest.
+
+    Returns
+    -------
+    raw, filtered, variance : each (h, w, 3), float32
+
+    Examples
+    --------
+    >>> grey = np.ones((1, 1, 3), np.float32)
+    >>> colour_group(Primary(grey, 0 * grey, {}, {}, {}, spp=4))[0].round(3)
+    array([[[0.693, 0.693, 0.693]]], dtype=float32)
+    """
+    bright = np.maximum(primary.colour, 0)
+    raw = np.log1p(bright)
+    return raw, *prefilter_feature(raw, primary.colour_variance / (1 + bright) ** 2)
 
 
 def mean_7x7(image: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ from mcdenoise.samples.gate import check_choice, check_nonfinite
 from mcdenoise.samples.storage import open_npz, write_npz
 
 FORMAT = "mcdenoise-lbf-1"
-SETTINGS = ("groups", "variant", "radius", "patch_radius", "colour_theta")
+SETTINGS = ("groups", "variant", "radius", "patch_radius", "colour_theta", "sees_colour")
 
 
 def save_model(model: LBFModel, path: str | os.PathLike) -> None:
@@ -106,7 +106,7 @@ def card_text(model: LBFModel) -> str:
     --------
     >>> model = LBFModel.random(["albedo"], hidden=[2], rng=np.random.default_rng(0))
     >>> print(card_text(model).splitlines()[0])
-    # Model card: cross_bilateral, 8-2-2, 24 parameters
+    # Model card: cross_bilateral, 15-2-3, 41 parameters
     """
     weights = [one for name, one in model.network.parameters.items() if name.startswith("weight")]
     widths = "-".join(str(n) for n in (weights[0].shape[1], *(one.shape[0] for one in weights)))

@@ -14,16 +14,16 @@ import numpy as np
 from tqdm import tqdm
 
 from mcdenoise.lbf.checkpoint import Progress, load_checkpoint, save_checkpoint
-from mcdenoise.lbf.dataset import DataConfig, SceneData, drop_groups, load_data
+from mcdenoise.lbf.dataset import DataConfig, SceneData, drop_groups, flip_axes, load_data
 from mcdenoise.lbf.layer import PATCH_RADIUS, RADIUS, VARIANTS
 from mcdenoise.lbf.loss import Example, FilterLoss
 from mcdenoise.lbf.model import LBFModel
 from mcdenoise.lbf.primary import GROUPS, Primary
-from mcdenoise.lbf.secondary import secondary_features, secondary_names
-from mcdenoise.nn import MLP, RPROP, Diverged, Training, loss_and_gradients
+from mcdenoise.lbf.secondary import COLOUR, secondary_features, secondary_names
+from mcdenoise.nn import MLP, RPROP, Diverged, RelativeError, Training, loss_and_gradients
 from mcdenoise.samples.gate import check_choice, check_count
 
-COLOUR_THETA = {"cross_bilateral": 0.01, "nlm": 0.8}
+LEAST_NOISE = 1e-3  # loss of a noisy image below which it no longer counts for more
 STREAM_WEIGHTS, STREAM_ROWS, STREAM_GROUPS = 1, 2, 3
 
 
@@ -36,11 +36,13 @@ class TrainConfig:
     variant : of the filter, ``"cross_bilateral"`` or ``"nlm"``
     groups : that the model may use
     hidden : widths of the hidden layers
-    colour_theta : theta of the colour's distance; None: predicted; by default that of the variant
+    colour_theta : theta of the colour's distance, the same everywhere (0.01 in the paper); None: predicted
     radius, patch_radius : of the filter
+    training_radius : of its window while it is trained: a quarter of the cost; the bells that it learns are narrower
+    sees_colour : show the network secondary features of the colour, too
     drop : leave out groups at random, so that the model serves scenes which lack them
     epochs : at most
-    rows : image rows of each image that training sees
+    rows, validation_rows : image rows of each image that count, in training and in validation scenes
     check : epochs from one look at the validation scenes to the next
     patience : looks without a better validation loss until training stops
     first_step : of RPROP
@@ -50,12 +52,15 @@ class TrainConfig:
     variant: str = "cross_bilateral"
     groups: tuple[str, ...] = GROUPS
     hidden: tuple[int, ...] = (10,)
-    colour_theta: float | str | None = "usual"
+    colour_theta: float | None = None
     radius: int = RADIUS
+    training_radius: int = 13
     patch_radius: int = PATCH_RADIUS
+    sees_colour: bool = True
     drop: bool = True
-    epochs: int = 200
-    rows: int = 4
+    epochs: int = 120
+    rows: int = 2
+    validation_rows: int = 6
     check: int = 5
     patience: int = 6
     first_step: float = 0.02
@@ -63,16 +68,15 @@ class TrainConfig:
 
     def __post_init__(self) -> None:
         check_choice(self.variant, VARIANTS, "variant")
-        for name in ("epochs", "rows", "check", "patience"):
+        for name in ("epochs", "rows", "validation_rows", "training_radius", "check", "patience"):
             check_count(getattr(self, name), name)
-        if self.colour_theta == "usual":
-            object.__setattr__(self, "colour_theta", COLOUR_THETA[self.variant])
         object.__setattr__(self, "hidden", tuple(self.hidden))
         object.__setattr__(self, "groups", tuple(self.groups))
 
     def start(self) -> LBFModel:
         """The model before the first step; it does not yet know the statistics of its inputs."""
-        settings = {name: getattr(self, name) for name in ("variant", "radius", "patch_radius", "colour_theta")}
+        settings = {name: getattr(self, name) for name in ("variant", "patch_radius", "colour_theta", "sees_colour")}
+        settings["radius"] = min(self.radius, self.training_radius)
         rng = np.random.default_rng([self.seed, STREAM_WEIGHTS])
         return LBFModel.random(self.groups, hidden=self.hidden, rng=rng, **settings)
 
@@ -159,7 +163,7 @@ def train_lbf(
         look()
     unfiltered = task.unfiltered, judge.unfiltered
     card = _card(config, data, scenes, at, unfiltered, process_time() - start)
-    best = replace(model, network=network.replace(at.best), card=card)
+    best = replace(model, network=network.replace(at.best), radius=config.radius, card=card)
     return LBFTraining(best, np.array(at.losses), np.array(at.validation), unfiltered)
 
 
@@ -185,11 +189,11 @@ def _prepare(
 ) -> tuple[LBFModel, list[Example], list[Example]]:
     """Draw rows and groups, measure the inputs, and make the examples."""
     drawn = [_draw(config, scenes, part) for part, scenes in enumerate((train_scenes, validation_scenes))]
-    names = secondary_names(config.groups)
+    names = config.start().input_names
     columns: dict[str, list[np.ndarray]] = {name: [] for name in names}
     for primary, rows, _ in drawn[0]:
-        values = secondary_features(primary)[rows]
-        for k, name in enumerate(secondary_names(primary.groups)):
+        values = secondary_features(primary, config.sees_colour)[rows]
+        for k, name in enumerate(secondary_names([*primary.groups, *[COLOUR] * config.sees_colour])):
             columns[name].append(values[..., k].ravel())
     missing = [name for name, found in columns.items() if not found]
     if missing:
@@ -204,26 +208,27 @@ def _prepare(
 
 def _draw(config: TrainConfig, scenes: Sequence[SceneData], part: int) -> list[tuple[Primary, np.ndarray, np.ndarray]]:
     """For each image the features that it keeps, its rows that count, and its reference."""
-    found = []
+    found, count = [], (config.rows, config.validation_rows)[part]
     for index, scene in enumerate(scenes):
         for primary in scene.primaries:
             rng = np.random.default_rng([config.seed, STREAM_ROWS, part, index, primary.spp])
             height = primary.colour.shape[0]
-            rows = np.sort(rng.choice(height, min(config.rows, height), replace=False))
+            rows = np.sort(rng.choice(height, min(count, height), replace=False))
             if config.drop:
                 primary = drop_groups(primary, config.groups, rng)
             else:
                 primary = primary.select([group for group in config.groups if group in primary.groups])
-            found.append((primary, rows, scene.reference))
+            found.append((flip_axes(primary, rng), rows, scene.reference))
     return found
 
 
 def _example(model: LBFModel, primary: Primary, rows: np.ndarray, reference: np.ndarray) -> Example:
     """One image, ready for training."""
     inputs = model.inputs(primary)[rows]
-    return Example(
-        model.layer(primary, rows=rows), inputs.reshape(-1, inputs.shape[-1]), reference[rows].reshape(-1, 3)
-    )
+    noisy = RelativeError(primary.spp).forward(primary.colour.reshape(-1, 3), reference.reshape(-1, 3))[0]
+    weight = 1 / max(noisy, LEAST_NOISE)
+    target = reference[rows].reshape(-1, 3)
+    return Example(model.layer(primary, rows=rows), inputs.reshape(-1, inputs.shape[-1]), target, weight)
 
 
 def _insist(value: float, at: Progress, unfiltered: float, best: LBFModel, optimizer: RPROP) -> None:

@@ -2,6 +2,7 @@
 
     python -m mcdenoise.study.capacity two_moons [--points 300] [--folds 5] [--out chart.png]
     python -m mcdenoise.study.capacity denoise
+    python -m mcdenoise.study.lbf_capacity --json capacity.json    the same rule for the network of chapter 09
 
 Each architecture is trained on all parts of the data but one and judged on that one, in turns (k-fold validation). The
 spread between the folds says how well its error is known. The smallest model whose mean error is within one standard

@@ -18,6 +18,7 @@ from mcdenoise.filters import (
     noise_variance,
     prefilter_features,
 )
+from mcdenoise.lbf import lbf
 from mcdenoise.rpf import RPFConfig, rpf
 from mcdenoise.rpf.config import PUBLISHED
 from mcdenoise.samples import SampleBuffer, pixel_mean
@@ -203,6 +204,14 @@ def _rpf_adaptive(samples: SampleBuffer) -> np.ndarray:
     return rpf(samples, progress=False)
 
 
+def _lbf(samples: SampleBuffer) -> np.ndarray:
+    return lbf(samples)
+
+
+def _lbf_nlm(samples: SampleBuffer) -> np.ndarray:
+    return lbf(samples, variant="nlm")
+
+
 def _nothing_to_choose(_: SampleBuffer) -> list[Parameters]:
     return [{}]
 
@@ -257,5 +266,7 @@ METHODS = {
         Method("joint_nlm", "joint NL-means", 4, _joint_nlm_candidates, _everything, joint_nlm),
         Method("rpf", "RPF", 6, _nothing_to_choose, _samples, _rpf_adaptive),
         Method("rpf_report", "RPF, technical report", 6, _default_draws, _samples, _rpf_report, _report_variants()),
+        Method("lbf", "LBF", 9, _nothing_to_choose, _samples, _lbf),
+        Method("lbf_nlm", "LBF, NL-means", 9, _nothing_to_choose, _samples, _lbf_nlm),
     )
 }

@@ -138,13 +138,13 @@ def lights_drawn(rng: np.random.Generator, camera: Camera, kind: frozenset[str])
     return lights
 
 
-def lamps_drawn(rng: np.random.Generator) -> dict[str, Lamp]:
-    """Sometimes hang a few small lamps into the picture, behind its middle."""
-    if rng.random() > 0.25:
+def lamps_drawn(rng: np.random.Generator, kind: frozenset[str]) -> dict[str, Lamp]:
+    """Hang a few small lamps into the picture, behind its middle: mostly if a lens can turn them into discs, else sometimes."""
+    if rng.random() > (0.7 if "lens" in kind else 0.25):
         return {}
     lamps = {}
     for index in range(int(rng.integers(1, 6))):
-        center = (rng.uniform(-2.5, 2.5), rng.uniform(1.0, 2.5), rng.uniform(0.9, 2.2))
+        center = (rng.uniform(-2.5, 2.5), between(rng, 1.0, 5.0), rng.uniform(0.9, 2.4))
         tint = colorsys.hsv_to_rgb(rng.random(), rng.uniform(0, 0.7), rng.uniform(1.5, 5.0))
         lamps[f"lamp_{index}"] = Lamp(center, rng.uniform(0.04, 0.12), tint)
     return lamps

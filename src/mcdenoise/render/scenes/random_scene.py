@@ -65,7 +65,7 @@ def random_scene(seed: int) -> ToyScene:
     camera = _camera(_rng(seed, "camera"))
     objects = objects_drawn(_rng(seed, "objects"), camera, kind)
     lights = lights_drawn(_rng(seed, "lights"), camera, kind)
-    inside = {**objects, **lights, **lamps_drawn(_rng(seed, "lamps"))}
+    inside = {**objects, **lights, **lamps_drawn(_rng(seed, "lamps"), kind)}
     shapes = {**room_drawn(_rng(seed, "room"), camera, list(inside.values()), kind), **inside}
     if "lens" in kind:
         camera = _with_lens(_rng(seed, "lens"), camera, objects)

@@ -1,0 +1,220 @@
+"""Chapter 09, results: images of both filters, maps of bandwidths, all methods beside the oracle, samples per pixel."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mcdenoise.filters import gaussian
+from mcdenoise.lbf import lbf_analysis, shipped_model
+from mcdenoise.lbf.primary import GROUPS
+from mcdenoise.samples import pixel_mean
+from mcdenoise.study.figures._ch04_data import error, log_axis, picture, plain, samples
+from mcdenoise.study.figures._ch09_data import (
+    GREEN,
+    GREY,
+    PURPLE,
+    RED,
+    SCENES,
+    SPPS,
+    VARIANTS,
+    analysis,
+    bandwidth_bar,
+    bandwidth_picture,
+    best_theta,
+    error_in_rows,
+    error_of,
+    filtered,
+    geometric_mean,
+    noisy,
+    stored,
+    symbol,
+    way,
+)
+from mcdenoise.study.figures._references import reference
+from mcdenoise.study.slider import Slider, slider
+
+MAPPED = ("dof", "motion", "soft_shadow", "glossy")
+REGIONS = {
+    "dof": {"focus": np.s_[56:84, 56:80], "front": np.s_[100:124, 104:124]},
+    "motion": {"still": np.s_[40:56, 54:80], "moving": np.s_[66:82, 56:80]},
+    "soft_shadow": {"wall": np.s_[8:40, 80:120], "penumbra": np.s_[64:84, 60:80]},
+}
+SIGMAS = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
+LOOKS = {  # colour, marker
+    "unfiltered": (GREY, "_"),
+    "best Gaussian": ("#66CCEE", "v"),
+    "RPF, adaptive": ("#CCBB44", "s"),
+    "best for all pixels": (GREEN, "D"),
+    "LBF, cross-bilateral": (RED, "o"),
+    "LBF, NLM": (PURPLE, "P"),
+    "best for each pixel": ("#222222", "*"),
+}
+SWEEP = (1, 2, 4, 8, 16)
+
+
+def results() -> tuple[Figure, dict]:
+    """The other scenes at 4 spp: input, both filters, reference."""
+    figure, numbers = Figure(figsize=(8.4, 8.9), layout="constrained"), {}
+    grid = figure.subplots(4, 4)
+    for column, scene in zip(grid.T, SCENES[1:], strict=True):
+        images = {"input, 4 spp": noisy(scene)} | {
+            words: filtered(scene, variant) for variant, words in VARIANTS.items()
+        }
+        for axes, (label, image) in zip(column, images.items(), strict=False):
+            above = f"{scene}\n" if label == "input, 4 spp" else ""
+            picture(axes, image, f"{above}{error(image, scene):.4f}")
+            if scene == SCENES[1]:
+                axes.set_ylabel(label)
+        picture(column[3], reference(scene))
+    grid[3, 0].set_ylabel("reference")
+    for scene in SCENES:
+        numbers[scene] = {"noisy": error(noisy(scene), scene)} | {one: error_of(scene, one) for one in VARIANTS}
+    return figure, numbers
+
+
+def theta_maps() -> tuple[Figure, dict]:
+    """Predicted bandwidths of four scenes, as images."""
+    figure, numbers = Figure(figsize=(9.8, 6.1), layout="constrained"), {}
+    names = [name for name in shipped_model().outputs if name in ("position", "colour", *GROUPS)]
+    grid = figure.subplots(len(MAPPED), len(names) + 1)
+    for row, scene in zip(grid, MAPPED, strict=True):
+        found = analysis(scene).bandwidths
+        picture(row[0], filtered(scene), "output" if scene == MAPPED[0] else "")
+        row[0].set_ylabel(scene)
+        numbers[scene] = {}
+        for axes, name in zip(row[1:], names, strict=True):
+            if name not in found:
+                axes.imshow(np.ones((128, 128, 3)))
+                plain(axes)
+                axes.spines[:].set_visible(False)
+                continue
+            bandwidth_picture(axes, found[name])
+            numbers[scene][name] = {"median": float(np.median(found[name]))} | {
+                region: float(np.median(found[name][where])) for region, where in REGIONS.get(scene, {}).items()
+            }
+    for axes, name in zip(grid[0, 1:], names, strict=True):
+        axes.set_title(symbol(name), fontsize=9.5)
+    bandwidth_bar(figure, grid, shrink=0.6, pad=0.01)
+    return figure, numbers
+
+
+@cache
+def best_gaussian(scene: str, spp: int) -> float:
+    """RelMSE of the Gaussian that is best for this scene."""
+    return min(error(gaussian(noisy(scene, spp), sigma_space=one), scene) for one in SIGMAS)
+
+
+def errors_of(scene: str, spp: int) -> dict[str, float]:
+    """RelMSE of all methods; what needs the oracle is from every eighth row."""
+    found = best_theta(scene, spp)
+    return {
+        "unfiltered": error(noisy(scene, spp), scene),
+        "best Gaussian": best_gaussian(scene, spp),
+        "RPF, adaptive": stored("ch06")["gain"][f"spp_{spp}"][scene]["adaptive"],
+        "best for all pixels": error_in_rows(found.shared_image, scene),
+        **{words: error_of(scene, variant, spp) for variant, words in VARIANTS.items()},
+        "best for each pixel": error_in_rows(found.image, scene),
+    }
+
+
+def way_of(scene: str, spp: int, image: np.ndarray) -> float:
+    """How far an image is on the way from unfiltered to the oracle of each pixel, on the same rows."""
+    ends = (error_in_rows(one, scene) for one in (noisy(scene, spp), best_theta(scene, spp).image))
+    start, end = ends
+    return way(start, error_in_rows(image, scene), end)
+
+
+def methods() -> tuple[Figure, dict]:
+    """RelMSE of all methods at 4 and 8 spp, from unfiltered to the best of every pixel."""
+    figure, numbers = Figure(figsize=(9.8, 4.6), layout="constrained"), {}
+    for axes, spp in zip(figure.subplots(1, 2, sharey=True), SPPS, strict=True):
+        rows = {scene: errors_of(scene, spp) for scene in SCENES}
+        _dots(axes, rows)
+        axes.set_title(f"{spp} spp", fontsize=10)
+        ways = {
+            variant: {scene: way_of(scene, spp, filtered(scene, variant, spp)) for scene in SCENES}
+            for variant in VARIANTS
+        }
+        ways["shared"] = {scene: way_of(scene, spp, best_theta(scene, spp).shared_image) for scene in SCENES}
+        mean = {name: geometric_mean([rows[scene][name] for scene in SCENES]) for name in LOOKS}
+        numbers[f"spp_{spp}"] = {
+            "errors": {scene: dict(zip(KEYS, one.values(), strict=True)) for scene, one in rows.items()},
+            "mean": dict(zip(KEYS, mean.values(), strict=True)),
+            "way": ways,
+            "mean_way": {name: float(np.mean(list(one.values()))) for name, one in ways.items()},
+            "beats_rpf": [s for s in SCENES if rows[s]["LBF, cross-bilateral"] < rows[s]["RPF, adaptive"]],
+            "beats_shared": [s for s in SCENES if ways["cross_bilateral"][s] > ways["shared"][s]],
+        }
+    log_axis(figure.axes[0], 0.0005, 0.2)
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, frameon=False, ncols=4, loc="outside lower center", fontsize=9)
+    return figure, numbers
+
+
+KEYS = ("noisy", "gaussian", "rpf", "shared", "cross_bilateral", "nlm", "oracle")
+
+
+def _dots(axes: Axes, rows: dict[str, dict[str, float]]) -> None:
+    """A column of markers for each scene."""
+    places = np.arange(len(rows))
+    for shift, (name, (colour, marker)) in zip(np.linspace(-0.27, 0.27, len(LOOKS)), LOOKS.items(), strict=True):
+        values = [one[name] for one in rows.values()]
+        size = {"_": 12, "*": 11}.get(marker, 7)
+        axes.plot(
+            places + shift, values, marker, color=colour, markersize=size, label=name, linestyle="none",
+            markeredgewidth=2.5 if marker == "_" else 0.5, markeredgecolor=colour if marker == "_" else "white",
+        )  # fmt: skip
+    for place in places[1:]:
+        axes.axvline(place - 0.5, color="#e5e5e5", linewidth=1)
+    axes.set_xticks(places, list(rows), fontsize=9)
+    axes.grid(axis="y", color="#e5e5e5")
+    axes.set_axisbelow(True)
+
+
+@cache
+def sweep() -> dict[int, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Spp -> noisy and filtered images of dof, and the map of alpha; parts of one capture of 16 spp."""
+    found, buffer = {}, samples("dof", SWEEP[-1])
+    for spp in SWEEP:
+        part = buffer.subset(0, spp)
+        of = lbf_analysis(part)
+        found[spp] = (pixel_mean(part.radiance), of.image, of.bandwidths["albedo"])
+    return found
+
+
+def slider_spp() -> tuple[Slider, dict]:
+    """Samples per pixel: input, output, the map of the texture's bandwidth, and the errors."""
+    images = sweep()
+    errors = {name: [error(one[k], "dof") for one in images.values()] for k, name in enumerate(("noisy", "filtered"))}
+
+    def draw(spp: int) -> Figure:
+        figure = Figure(figsize=(9.8, 2.9), layout="constrained")
+        grid = figure.subplots(1, 4, width_ratios=(1, 1, 1, 1.25))
+        picture(grid[0], images[spp][0], f"input, {spp} spp")
+        picture(grid[1], images[spp][1], "LBF, cross-bilateral")
+        bandwidth_picture(grid[2], images[spp][2], symbol("albedo"))
+        for name, colour in (("noisy", "#777777"), ("filtered", RED)):
+            grid[3].plot(SWEEP, errors[name], "o-", color=colour, label=name, markersize=4)
+            grid[3].plot(spp, errors[name][SWEEP.index(spp)], "o", color=colour, markersize=10, fillstyle="none")
+        log_axis(grid[3], 0.003, 0.8)
+        grid[3].set(xscale="log", xlabel="samples per pixel")
+        grid[3].set_xticks(SWEEP, SWEEP, minor=False)
+        grid[3].minorticks_off()
+        grid[3].legend(frameon=False, fontsize=8.5)
+        return figure
+
+    power = {name: -float(np.polyfit(np.log(SWEEP[1:]), np.log(one[1:]), 1)[0]) for name, one in errors.items()}
+    worth = [errors["noisy"][0] / one for one in errors["filtered"]]  # error of Monte Carlo goes as 1 / spp
+    gains = [a / b for a, b in zip(errors["noisy"], errors["filtered"], strict=True)]
+    return slider(draw, title="dof: more samples, narrower bandwidths", start=4, spp=SWEEP), {
+        "spp": SWEEP,
+        **errors,
+        "power": power,
+        "worth": worth,
+        "gains": gains,
+        "gamma_albedo": [float(np.median(one[2][56:84, 56:80])) for one in images.values()],
+    }
