@@ -1,5 +1,7 @@
 """The figures of chapter 09: what they claim holds, and what is stored is what the page shows."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,7 @@ from stored_figures import (
     assert_quoted_numbers_exist,
     assert_same_numbers,
     assert_stored_shown_and_small,
+    page_of,
     stored_numbers,
 )
 
@@ -38,6 +41,14 @@ def test_the_page_quotes_numbers_that_exist():
     assert_quoted_numbers_exist("ch09", at_least=80)
 
 
+def test_tables_keep_their_cells():
+    """In a table a bar ends the cell, also within a quoted number."""
+    rows = [line for line in page_of("ch09").splitlines() if line.startswith("|")]
+    assert len(rows) > 40
+    for quoted in re.findall(r"\{\{.*?\}\}", "\n".join(rows)):
+        assert "|" not in quoted
+
+
 @pytest.mark.parametrize("place", data.PLACES.values())
 def test_one_pixel_by_hand_is_the_filter(place):
     """The neighbours that figures show, filtered by the exercise's function, give the pixel of `mcd.lbf`."""
@@ -51,14 +62,14 @@ def test_one_pixel_by_hand_is_the_filter(place):
 
 def test_terms_are_the_layers_backward_pass():
     chain, (y, x) = pixel.chain_at(), data.PLACES["out of focus"]
-    found, layer = pixel.terms_of(chain), data.layer_of("dof", rows=[y], engine="numpy")
+    found, layer = pixel.terms_of(chain), data.layer_of("dof", rows=[y])
     theta = np.stack([data.analysis("dof").theta[name][y : y + 1] for name in layer.names], axis=-1)
     d_filtered = np.zeros((1, 128, 3))
     d_filtered[0, x] = found.d_filtered
     d_theta = layer.backward(d_filtered, layer.forward(theta)[1])[0, x]
-    np.testing.assert_allclose(found.d_theta, d_theta, rtol=1e-4, atol=1e-6 * np.abs(d_theta).max())
+    np.testing.assert_allclose(found.d_theta, d_theta, rtol=1e-3, atol=1e-5 * np.abs(d_theta).max())
     np.testing.assert_allclose(
-        found.d_z, d_theta * -np.expm1(-chain.theta), rtol=1e-4, atol=1e-6 * np.abs(d_theta).max()
+        found.d_z, d_theta * -np.expm1(-chain.theta), rtol=1e-3, atol=1e-5 * np.abs(d_theta).max()
     )
 
 
@@ -123,18 +134,24 @@ def test_learning_one_scene():
     assert of["parameters"] == (7 * 4 + 1) * 10 + 10 + 10 * 5 + 5
 
 
-def test_methods_are_between_the_noise_and_the_oracle():
-    for spp in data.SPPS:
-        of = STORED["methods"][f"spp_{spp}"]
-        for scene in data.SCENES:
-            errors = of["errors"][scene]
-            assert errors["oracle"] == min(errors.values())
-            assert errors["noisy"] == max(errors.values())
-            assert errors["rpf"] == data.stored("ch06")["gain"][f"spp_{spp}"][scene]["adaptive"]
-            assert 0 < of["way"]["cross_bilateral"][scene] < 100
-        for name, mean in of["mean"].items():
-            assert mean == pytest.approx(data.geometric_mean([of["errors"][s][name] for s in data.SCENES]), rel=1e-3)
-    assert STORED["results"]["dof"]["cross_bilateral"] == STORED["methods"]["spp_4"]["errors"]["dof"]["cross_bilateral"]
+@pytest.mark.parametrize("spp", data.SPPS)
+def test_methods_are_between_the_noise_and_the_oracle(spp):
+    of = STORED["methods"][f"spp_{spp}"]
+    for scene in data.SCENES:
+        errors = of["errors"][scene]
+        assert errors["oracle"] == min(errors.values())
+        assert errors["noisy"] == max(errors.values())
+        assert of["whole"][scene]["rpf"] == stored_numbers("ch06")["gain"][f"spp_{spp}"][scene]["adaptive"]
+        for name, ways in of["way"].items():
+            assert ways[scene] == pytest.approx(data.way(errors["noisy"], errors[name], errors["oracle"]), abs=0.1)
+    for name, mean in of["mean"].items():
+        assert mean == pytest.approx(data.geometric_mean([of["errors"][s][name] for s in data.SCENES]), rel=1e-3)
+
+
+def test_images_and_chart_tell_the_same_errors():
+    whole = STORED["methods"]["spp_4"]["whole"]
+    for scene in data.SCENES:
+        assert STORED["results"][scene] == {name: whole[scene][name] for name in ("noisy", *data.VARIANTS)}
 
 
 def test_more_samples_make_less_error():

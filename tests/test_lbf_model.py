@@ -36,9 +36,9 @@ SHIPPED = [variant for variant in VARIANTS if (WEIGHTS / f"{variant}.npz").is_fi
 
 
 def model_of(groups=TWO, hidden=(3,), seed=0, **others):
-    """A model whose statistics are not 0 and 1."""
+    """A model whose statistics are not 0 and 1; unless told otherwise it ignores the colour, as the paper's does."""
     rng = np.random.default_rng(seed)
-    model = LBFModel.random(groups, hidden=hidden, rng=rng, **others)
+    model = LBFModel.random(groups, hidden=hidden, rng=rng, **{"colour_theta": 0.01, "sees_colour": False, **others})
     return replace(model, mean=rng.normal(size=model.mean.shape), scale=rng.uniform(0.5, 2, model.scale.shape))
 
 
@@ -65,6 +65,9 @@ def test_outputs_are_those_that_are_not_given():
     assert model_of().outputs == ("position", "albedo", "visibility")
     assert model_of(colour_theta=None).outputs == ("position", "colour", "albedo", "visibility")
     assert model_of(groups=(), colour_theta=None).outputs == ("position", "colour")
+    assert (
+        LBFModel.random(TWO, hidden=(3,), rng=np.random.default_rng(0)).outputs == model_of(colour_theta=None).outputs
+    )
     turned = model_of(groups=("visibility", "albedo"))
     assert turned.groups == TWO
     assert turned.outputs == ("position", "albedo", "visibility")
@@ -74,38 +77,38 @@ def test_outputs_are_those_that_are_not_given():
 def test_before_training_bandwidths_are_the_usual_ones_everywhere(colour_theta):
     """Whatever the inputs, within a factor of 2.2: 5 pixels, 2 standard deviations."""
     model = LBFModel.random(GROUPS, hidden=[10], rng=np.random.default_rng(3), colour_theta=colour_theta)
-    theta = model.network.forward(np.random.default_rng(4).normal(size=(500, 36)).astype(np.float32))[0]
+    theta = model.network.forward(np.random.default_rng(4).normal(size=(500, 43)).astype(np.float32))[0]
     usual = np.array([START[name] for name in model.outputs])
     assert (theta < 2.2 * usual).all()
     assert (theta > usual / 2.2).all()
 
 
-def test_inputs_are_normalised_secondary_features():
-    model, primary = model_of(), primary_of()
-    names, values = secondary_names(TWO), secondary_features(primary)
+@pytest.mark.parametrize("sees_colour", [False, True])
+def test_inputs_are_normalised_secondary_features(sees_colour):
+    model, primary = model_of(sees_colour=sees_colour), primary_of()
+    names, values = secondary_names([*TWO, *["colour"] * sees_colour]), secondary_features(primary, sees_colour)
+    assert model.input_names == names
     found = model.inputs(primary)
     assert found.dtype == np.float32
-    assert found.shape == (6, 7, len(names))
+    assert found.shape == (6, 7, len(names)) == (6, 7, 22 if sees_colour else 15)
     np.testing.assert_allclose(found, (values - model.mean) / (model.scale + 1e-6), rtol=1e-5, atol=1e-6)
 
 
 @settings(max_examples=30)
-@given(st.sets(st.sampled_from(GROUPS)), st.sets(st.sampled_from(GROUPS)))
-def test_absent_groups_are_0_and_unknown_groups_are_not_used(known, present):
+@given(st.sets(st.sampled_from(GROUPS)), st.sets(st.sampled_from(GROUPS)), st.booleans())
+def test_absent_groups_are_0_and_unknown_groups_are_not_used(known, present, sees_colour):
     """Whatever the model knows and the scene has: each input has its own name's number, or 0."""
-    model, primary = model_of([*known]), primary_of([*present])
-    shared = known & present
+    model, primary = model_of([*known], sees_colour=sees_colour), primary_of([*present])
+    shared, colour = known & present, ["colour"] * sees_colour
     assert set(model.known(primary).groups) == shared
     assert set(model.layer(primary).names) == {"position", "colour", *shared}
-    found = dict(zip(secondary_names([*known]), np.moveaxis(model.inputs(primary), -1, 0), strict=True))
-    alone = dict(
-        zip(secondary_names([*shared]), np.moveaxis(secondary_features(primary.select([*shared])), -1, 0), strict=True)
-    )
+    found = dict(zip(secondary_names([*known, *colour]), np.moveaxis(model.inputs(primary), -1, 0), strict=True))
+    values = secondary_features(primary.select([*shared]), sees_colour)
+    alone = dict(zip(secondary_names([*shared, *colour]), np.moveaxis(values, -1, 0), strict=True))
     for k, (name, column) in enumerate(found.items()):
         if name in alone:
-            np.testing.assert_allclose(
-                column, (alone[name] - model.mean[k]) / (model.scale[k] + 1e-6), rtol=1e-5, atol=1e-5
-            )
+            expected = (alone[name] - model.mean[k]) / (model.scale[k] + 1e-6)
+            np.testing.assert_allclose(column, expected, rtol=1e-5, atol=1e-5)
         else:
             assert name.split()[-1] in known - present
             np.testing.assert_array_equal(column, 0)
@@ -163,6 +166,7 @@ def test_settings_reach_the_filter():
     [
         ({"groups": ("albedo",)}, "A model of 1 groups needs a network with 8 inputs and 2 outputs, got 15 and 3."),
         ({"colour_theta": None}, "needs a network with 15 inputs and 4 outputs, got 15 and 3."),
+        ({"sees_colour": True}, "needs a network with 22 inputs and 3 outputs, got 15 and 3."),
         ({"groups": ("albedo", "depth")}, "groups has no 'depth'; there is: world_position, shading_normal, albedo"),
         ({"groups": ("albedo", "albedo")}, "groups must not name anything twice"),
         ({"groups": "albedo"}, "groups must be a list of names"),
@@ -192,7 +196,7 @@ def test_the_network_must_end_in_softplus():
         {},
         {"hidden": ()},
         {"hidden": (4, 2), "variant": "nlm", "radius": 9, "patch_radius": 1, "colour_theta": None},
-        {"groups": GROUPS, "dtype": np.float64, "colour_theta": 0.1 + 0.2},
+        {"groups": GROUPS, "dtype": np.float64, "colour_theta": 0.1 + 0.2, "sees_colour": True},
         {"groups": (), "colour_theta": None},
     ],
 )
@@ -300,7 +304,15 @@ def test_the_card_says_everything():
     assert lines[0] == "# Model card: cross_bilateral, 15-3-3, 60 parameters"
     assert "It predicts theta = 1 / (2 sigma^2) of position, albedo, visibility for every pixel." in lines
     expected = ["- groups: albedo, visibility", "- variant: cross_bilateral", "- radius: 9", "- patch_radius: 3"]
-    expected += ["- colour_theta: 0.01", "- rows: 4", "- hidden: 3", "- rate: 0.1235", "- spp: 4, 8", "- numpy: 2.0"]
+    expected += [
+        "- colour_theta: 0.01",
+        "- sees_colour: False",
+        "- rows: 4",
+        "- hidden: 3",
+        "- rate: 0.1235",
+        "- spp: 4, 8",
+        "- numpy: 2.0",
+    ]
     assert [line for line in lines if line.startswith("- ")] == expected
     assert [line for line in lines if line.startswith("##")] == ["## filter", "## training", "## spp", "## versions"]
     assert card_text(model_of(hidden=())).startswith("# Model card: cross_bilateral, 15-3, 48 parameters")
@@ -331,7 +343,7 @@ def test_a_model_of_the_package(variant, rng):
     assert not set(card["training_scenes"]) & set(card["validation_scenes"])
     assert not set(card["training_scenes"] + card["validation_scenes"]) & set(mcd.scene_names())
     assert card["validation_loss"]["best"] < card["validation_loss"]["unfiltered"]
-    assert card_text(model).startswith(f"# Model card: {variant}, 36-")
+    assert card_text(model).startswith(f"# Model card: {variant}, {model.network.inputs}-")
 
 
 @pytest.mark.parametrize("variant", SHIPPED)

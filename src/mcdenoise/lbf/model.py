@@ -121,11 +121,13 @@ class LBFModel:
     def inputs(self, primary: Primary) -> np.ndarray:
         """What the network sees, (h, w, inputs) float32: normalised, 0 where the scene lacks a group."""
         primary = self.known(primary)
-        names = self.input_names
-        own = {name: k for k, name in enumerate(_seen(primary.groups, self.sees_colour))}
-        values = secondary_features(primary, self.sees_colour)
-        found = np.zeros((*values.shape[:2], len(names)), np.float32)
-        for k, name in enumerate(names):
+        return self.normalise(secondary_features(primary, self.sees_colour), primary.groups)
+
+    def normalise(self, values: np.ndarray, groups: tuple[str, ...]) -> np.ndarray:
+        """Secondary features (..., own inputs) of a scene with these groups as what the network sees, (..., inputs)."""
+        own = {name: k for k, name in enumerate(_seen(groups, self.sees_colour))}
+        found = np.zeros((*values.shape[:-1], len(self.input_names)), np.float32)
+        for k, name in enumerate(self.input_names):
             if name in own:
                 found[..., k] = (values[..., own[name]] - self.mean[k]) / (self.scale[k] + TINY)
         return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
 
@@ -17,6 +18,7 @@ from mcdenoise.samples.gate import check_choice, check_nonfinite
 from mcdenoise.samples.storage import open_npz, write_npz
 
 FORMAT = "mcdenoise-lbf-1"
+LONG = 7  # entries of a card that are all written out
 SETTINGS = ("groups", "variant", "radius", "patch_radius", "colour_theta", "sees_colour")
 
 
@@ -113,14 +115,17 @@ def card_text(model: LBFModel) -> str:
     lines = [f"# Model card: {model.variant}, {widths}, {model.network.size} parameters", ""]
     settings = {name: getattr(model, name) for name in SETTINGS}
     lines += ["It predicts theta = 1 / (2 sigma^2) of " + ", ".join(model.outputs) + " for every pixel.", ""]
-    for title, entries in (("filter", settings), *((name, one) for name, one in model.card.items())):
-        entries = entries if isinstance(entries, dict) else {title: entries}
+    sections = {name: one for name, one in model.card.items() if isinstance(one, Mapping)}
+    rest = {name: one for name, one in model.card.items() if name not in sections}
+    for title, entries in {"filter": settings, "result": rest, **sections}.items():
         lines += [f"## {title}", "", *(f"- {name}: {_plain(one)}" for name, one in entries.items()), ""]
     return "\n".join(lines)
 
 
 def _plain(value: object) -> str:
     """A value of a card as one reads it."""
+    if isinstance(value, (list, tuple)) and len(value) > LONG:
+        return f"{_plain(value[0])} to {_plain(value[-1])} ({len(value)})"
     if isinstance(value, (list, tuple)):
         return ", ".join(_plain(one) for one in value)
     return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from time import process_time
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from tqdm import tqdm
@@ -24,7 +23,7 @@ from mcdenoise.nn import MLP, RPROP, Diverged, RelativeError, Training, loss_and
 from mcdenoise.samples.gate import check_choice, check_count
 
 LEAST_NOISE = 1e-3  # loss of a noisy image below which it no longer counts for more
-STREAM_WEIGHTS, STREAM_ROWS, STREAM_GROUPS = 1, 2, 3
+STREAM_WEIGHTS, STREAM_ROWS = 1, 2
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class TrainConfig:
     patch_radius: int = PATCH_RADIUS
     sees_colour: bool = True
     drop: bool = True
-    epochs: int = 120
+    epochs: int = 80
     rows: int = 2
     validation_rows: int = 6
     check: int = 5
@@ -128,7 +127,6 @@ def train_lbf(
         For a checkpoint that is not whole, or belongs to another training.
     """
     scenes = load_data(data, folder) if isinstance(data, DataConfig) else data
-    start = process_time()
     model, examples, watched = _prepare(config, *scenes)
     task, judge = _Task(FilterLoss(model, examples)), _Task(FilterLoss(model, watched))
     optimizer, identity, network = RPROP(config.first_step), _identity(config, scenes), model.network
@@ -162,7 +160,7 @@ def train_lbf(
             bar.update()
         look()
     unfiltered = task.unfiltered, judge.unfiltered
-    card = _card(config, data, scenes, at, unfiltered, process_time() - start)
+    card = _card(config, data, scenes, at, unfiltered)
     best = replace(model, network=network.replace(at.best), radius=config.radius, card=card)
     return LBFTraining(best, np.array(at.losses), np.array(at.validation), unfiltered)
 
@@ -189,25 +187,31 @@ def _prepare(
 ) -> tuple[LBFModel, list[Example], list[Example]]:
     """Draw rows and groups, measure the inputs, and make the examples."""
     drawn = [_draw(config, scenes, part) for part, scenes in enumerate((train_scenes, validation_scenes))]
-    names = config.start().input_names
-    columns: dict[str, list[np.ndarray]] = {name: [] for name in names}
-    for primary, rows, _ in drawn[0]:
-        values = secondary_features(primary, config.sees_colour)[rows]
-        for k, name in enumerate(secondary_names([*primary.groups, *[COLOUR] * config.sees_colour])):
-            columns[name].append(values[..., k].ravel())
-    missing = [name for name, found in columns.items() if not found]
-    if missing:
+    start = config.start()
+    columns: dict[str, list[np.ndarray]] = {name: [] for name in start.input_names}
+    for one in drawn[0]:
+        for k, name in enumerate(secondary_names([*one.primary.groups, *[COLOUR] * config.sees_colour])):
+            columns[name].append(one.values[..., k].ravel())
+    if missing := [name for name, found in columns.items() if not found]:
         raise ValueError(f"No training scene has what {', '.join(missing)} are made of. Leave those groups out.")
-    joined = [np.concatenate(columns[name]).astype(np.float64) for name in names]
-    model = replace(
-        config.start(), mean=np.array([one.mean() for one in joined]), scale=np.array([one.std() for one in joined])
-    )
-    made = [[_example(model, *one) for one in part] for part in drawn]
+    joined = [np.concatenate(found).astype(np.float64) for found in columns.values()]
+    statistics = {"mean": np.array([one.mean() for one in joined]), "scale": np.array([one.std() for one in joined])}
+    model = replace(start, **statistics)
+    made = [[_example(model, one) for one in part] for part in drawn]
     return model, made[0], made[1]
 
 
-def _draw(config: TrainConfig, scenes: Sequence[SceneData], part: int) -> list[tuple[Primary, np.ndarray, np.ndarray]]:
-    """For each image the features that it keeps, its rows that count, and its reference."""
+class _Drawn(NamedTuple):
+    """What training takes from one image."""
+
+    primary: Primary
+    rows: np.ndarray
+    values: np.ndarray  # secondary features of these rows
+    reference: np.ndarray
+
+
+def _draw(config: TrainConfig, scenes: Sequence[SceneData], part: int) -> list[_Drawn]:
+    """For each image the features that it keeps, and the rows that count."""
     found, count = [], (config.rows, config.validation_rows)[part]
     for index, scene in enumerate(scenes):
         for primary in scene.primaries:
@@ -218,17 +222,18 @@ def _draw(config: TrainConfig, scenes: Sequence[SceneData], part: int) -> list[t
                 primary = drop_groups(primary, config.groups, rng)
             else:
                 primary = primary.select([group for group in config.groups if group in primary.groups])
-            found.append((flip_axes(primary, rng), rows, scene.reference))
+            primary = flip_axes(primary, rng)
+            values = secondary_features(primary, config.sees_colour)[rows]
+            found.append(_Drawn(primary, rows, values, scene.reference))
     return found
 
 
-def _example(model: LBFModel, primary: Primary, rows: np.ndarray, reference: np.ndarray) -> Example:
+def _example(model: LBFModel, one: _Drawn) -> Example:
     """One image, ready for training."""
-    inputs = model.inputs(primary)[rows]
-    noisy = RelativeError(primary.spp).forward(primary.colour.reshape(-1, 3), reference.reshape(-1, 3))[0]
-    weight = 1 / max(noisy, LEAST_NOISE)
-    target = reference[rows].reshape(-1, 3)
-    return Example(model.layer(primary, rows=rows), inputs.reshape(-1, inputs.shape[-1]), target, weight)
+    inputs = model.normalise(one.values, one.primary.groups)
+    noisy, _ = RelativeError(one.primary.spp).forward(one.primary.colour.reshape(-1, 3), one.reference.reshape(-1, 3))
+    layer, target = model.layer(one.primary, rows=one.rows), one.reference[one.rows].reshape(-1, 3)
+    return Example(layer, inputs.reshape(-1, inputs.shape[-1]), target, weight=1 / max(noisy, LEAST_NOISE))
 
 
 def _insist(value: float, at: Progress, unfiltered: float, best: LBFModel, optimizer: RPROP) -> None:
@@ -267,7 +272,6 @@ def _card(
     scenes: tuple[Sequence[SceneData], Sequence[SceneData]],
     at: Progress,
     unfiltered: tuple[float, float],
-    seconds: float,
 ) -> dict[str, Any]:
     """How a model came about."""
     losses = dict(at.validation)
@@ -281,7 +285,10 @@ def _card(
         "best_epoch": at.best_epoch,
         "loss": {"unfiltered": unfiltered[0], "first": at.losses[0], "last": at.losses[-1]},
         "validation_loss": {"unfiltered": unfiltered[1], "best": losses[at.best_epoch]},
-        "cpu_seconds": round(seconds, 1),
+        "curve": {
+            "training": [round(loss / unfiltered[0], 4) for loss in at.losses],
+            "validation": [[epochs, round(loss / unfiltered[1], 4)] for epochs, loss in at.validation],
+        },
         "versions": {name: version(name) for name in ("mcdenoise", "mitsuba", "drjit", "numba", "numpy")},
     }
 

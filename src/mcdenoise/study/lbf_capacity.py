@@ -1,14 +1,15 @@
 """No more network than needed to set the dials of a filter, and no more features: what does each of them gain?
 
-    python -m mcdenoise.study.lbf_capacity --json capacity.json [--out capacity.png] [--scenes 25] [--folds 5]
+    python -m mcdenoise.study.lbf_capacity --json capacity.json [--out capacity.png] [--scenes 40] [--folds 5]
 
 Two sweeps on random scenes. The first is over architectures, trained as the model of the package is: with groups of features
-left out at random. The second takes away one group of features at a time, with nothing else left out. Folds are cut by
-scene, so every error is that of scenes which the model has not seen; of the scenes it may see, a quarter says when to stop.
+left out at random. The second takes away one group of features at a time, from filter and network, with nothing else left
+out; "without colour" takes away only what the network sees of the colour. Folds are cut by scene, so every error is that of
+scenes which the model has not seen; of the scenes it may see, a quarter says when to stop.
 
 The error of an image is its relMSE after the filter over that before: 1 is no filter at all. A fold's error is the mean over
-its scenes and their spp. Each candidate is written down when it is done, and a second run with the same options goes on
-behind it.
+its scenes and their spp. All of it takes some 20 minutes on 2 cores; each candidate is written down when it is done, and a
+second run with the same options goes on behind it.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from mcdenoise.lbf import LBFModel
 from mcdenoise.lbf.dataset import DataConfig, SceneData, drop_groups, load_data
 from mcdenoise.lbf.layer import VARIANTS
 from mcdenoise.lbf.primary import GROUPS
+from mcdenoise.lbf.secondary import COLOUR
 from mcdenoise.lbf.training import TrainConfig, train_lbf
 from mcdenoise.metrics import relmse
 from mcdenoise.samples.gate import check_count
@@ -69,8 +71,8 @@ class StudyConfig:
     ((0, 1, 2), (3,))
     """
 
-    train: TrainConfig = field(default_factory=lambda: TrainConfig(radius=13, epochs=60, rows=2))
-    scenes: int = 25
+    train: TrainConfig = field(default_factory=lambda: TrainConfig(radius=13, epochs=60, rows=2, patience=4))
+    scenes: int = 40
     size: int = DataConfig().size
     reference_spp: int = DataConfig().reference_spp
     spp: tuple[int, ...] = (4, 16, 64)
@@ -126,7 +128,8 @@ def _todo(train: TrainConfig) -> dict[str, TrainConfig]:
     usual = replace(train, hidden=USUAL, drop=False)
     found[ALL] = usual
     without = {group: tuple(other for other in train.groups if other != group) for group in train.groups}
-    return found | {f"without {group}": replace(usual, groups=left) for group, left in without.items()}
+    found |= {f"without {group}": replace(usual, groups=left) for group, left in without.items()}
+    return found | ({f"without {COLOUR}": replace(usual, sees_colour=False)} if train.sees_colour else {})
 
 
 def _candidate(
@@ -136,7 +139,7 @@ def _candidate(
     folds: Sequence[tuple[np.ndarray, np.ndarray]],
     bar: tqdm,
 ) -> dict[str, object]:
-    """Train once a fold, judge on the scenes left out and on those trained on."""
+    """Train once a fold, judge on the scenes left out and on as many of those learnt from."""
     errors, fitted, seconds, epochs = [], [], [], []
     for seen, held_out in folds:
         start = time.process_time()
@@ -145,7 +148,7 @@ def _candidate(
         seconds.append(time.process_time() - start)
         epochs.append(trained.model.card["best_epoch"])
         errors.append(error_of(trained.model, scenes, held_out, train, config.judged_rows))
-        fitted.append(error_of(trained.model, scenes, learnt, train, config.judged_rows))
+        fitted.append(error_of(trained.model, scenes, learnt[: len(held_out)], train, config.judged_rows))
         bar.update()
     size = trained.model.network.size
     measured = {"errors": errors, "fitted": fitted, "epochs": epochs, "seconds": float(np.median(seconds))}
@@ -229,9 +232,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for path in (options.json, options.out):
             if path and not path.parent.is_dir():
                 raise ValueError(f"The folder {path.parent} must exist before {path.name} is written. Create it first.")
-        train = TrainConfig(
-            **{name: getattr(options, name) for name in ("variant", "radius", "rows", "epochs", "seed")}
-        )
+        given = {name: getattr(options, name) for name in ("variant", "radius", "rows", "epochs", "seed")}
+        train = replace(StudyConfig().train, **given, training_radius=options.radius)
         shared = {name: getattr(options, name) for name in ("scenes", "size", "reference_spp", "folds")}
         config = StudyConfig(train, spp=options.spp, **shared)
         learnt, stop = load_data(config.data, options.data)
@@ -265,7 +267,7 @@ def _parser() -> argparse.ArgumentParser:
         "folds": (usual.folds, "parts of the scenes"),
         "size": (usual.size, "height and width, pixels"),
         "reference-spp": (usual.reference_spp, "of the references"),
-        "radius": (usual.train.radius, "of the window; 27 takes four times as long as 13"),
+        "radius": (usual.train.radius, "of the window; 27 takes more than twice as long as 13"),
         "rows": (usual.train.rows, "image rows of each image that training sees"),
         "epochs": (usual.train.epochs, "of training, at most"),
         "seed": (usual.train.seed, "of folds, rows and weights"),

@@ -73,7 +73,7 @@ def training_figure(done: LBFTraining) -> Figure:
     axes.plot(looks[best], seen[best], "*", ms=16, color="#CCBB44", mec="black", label=f"kept: epoch {looks[best]:.0f}")
     axes.set(
         title=f"Training through the filter: {done.model.variant}, {done.model.network.size} parameters",
-        xlabel="epochs of RPROP", ylabel="loss / loss of the noisy images", yscale="log",
+        xlabel="epochs of RPROP", ylabel="loss / loss of the noisy images", ylim=(0, None),
     )  # fmt: skip
     axes.grid(color="#e5e5e5", which="both")
     axes.legend(frameon=False)

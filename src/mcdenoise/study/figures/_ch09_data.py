@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
@@ -17,7 +15,7 @@ from mcdenoise.lbf.distances import offset_distances
 from mcdenoise.lbf.oracle import Oracle, oracle
 from mcdenoise.lbf.primary import GROUPS
 from mcdenoise.study.figures._ch04_data import error, plain, samples
-from mcdenoise.study.figures._references import FOLDER, reference
+from mcdenoise.study.figures._references import reference
 
 SCENES = ("dof", "motion", "soft_shadow", "glossy", "pinhole")
 SPP, SPPS = 4, (4, 8)
@@ -25,7 +23,7 @@ VARIANTS = {"cross_bilateral": "LBF, cross-bilateral", "nlm": "LBF, NLM"}
 WORDS = {"position": "position", "colour": "colour"}
 WORDS |= dict(zip(GROUPS, ("world", "normal", "texture", "texture 2", "visibility"), strict=True))
 STEPS = 15  # of the oracle: more gain little, see its errors
-ROWS = range(3, 128, 8)  # every eighth row, where the oracle of a whole image would take too long
+ROWS = range(1, 128, 8)  # every eighth row, where the oracle of a whole image would take too long
 PLACES = {"texture in focus": (73, 63), "disc of a lamp": (13, 60), "out of focus": (108, 112)}  # of dof: row, column
 PLACE_COLOURS = dict(zip(PLACES, ("#4477AA", "#CCBB44", "#EE6677"), strict=True))
 BLUE, RED, GREEN, PURPLE, GREY = "#4477AA", "#EE6677", "#228833", "#AA3377", "#BBBBBB"
@@ -152,12 +150,6 @@ def widths_of(model: LBFModel) -> list[int]:
     """Inputs, hidden widths and outputs of a model's network."""
     weights = [one for name, one in model.network.parameters.items() if name.startswith("weight")]
     return [weights[0].shape[1], *(one.shape[0] for one in weights)]
-
-
-@cache
-def stored(chapter: str) -> Mapping:
-    """Numbers that were stored with the figures of another chapter."""
-    return json.loads((FOLDER.parents[1] / "lectures" / "figures" / f"{chapter}.json").read_text("utf-8"))
 
 
 def geometric_mean(values: object) -> float:

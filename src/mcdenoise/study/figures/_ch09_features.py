@@ -84,7 +84,7 @@ def prefilter() -> tuple[Figure, dict]:
 @cache
 def unseen() -> SampleBuffer:
     """Samples of a scene that has all groups."""
-    return capture(random_scene(UNSEEN), 128, 128, SPP, 0, variant="scalar_rgb", progress=False)
+    return capture(random_scene(UNSEEN), 96, 96, SPP, 0, variant="scalar_rgb", progress=False)
 
 
 def secondary() -> tuple[Figure, dict]:

@@ -42,10 +42,10 @@ def oracle() -> tuple[Figure, dict]:
     for axes, (title, image) in zip(grid[0], images.items(), strict=True):
         picture(axes, image, title if title == "reference" else f"{title}\n{error(image, 'dof'):.4f}")
         axes.title.set_fontsize(9.5)
-    searched = [name for name in names if name != "colour" or shipped_model().colour_theta is None]
+    shown = [name for name in names if name != "colour"]
     for axes in grid[1]:
         axes.axis("off")
-    for axes, name in zip(grid[1], searched[:4], strict=False):
+    for axes, name in zip(grid[1], shown, strict=False):
         axes.axis("on")
         bandwidth_picture(axes, sigma(found.theta[..., names.index(name)]), symbol(name))
     grid[1, 0].set_ylabel("best for each pixel")
@@ -84,7 +84,7 @@ def best_together() -> tuple[np.ndarray, float]:
     logs = {"theta": np.log(np.maximum(best_theta("dof", whole=True).theta[list(ROWS)], 1e-6))}
     optimizer, lowest = RPROP(0.3, largest=2.0), np.full(truth.shape[:2], np.inf)
     state, best = optimizer.start(logs), np.exp(logs["theta"])
-    for _ in range(2 * STEPS):
+    for _ in range(STEPS):
         theta, error_here, slope = np.exp(logs["theta"]), 0.0, 0.0
         for layer in layers:
             image, saved = layer.forward(theta)

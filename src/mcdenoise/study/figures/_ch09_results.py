@@ -13,6 +13,8 @@ from mcdenoise.lbf import lbf_analysis, shipped_model
 from mcdenoise.lbf.primary import GROUPS
 from mcdenoise.samples import pixel_mean
 from mcdenoise.study.figures._ch04_data import error, log_axis, picture, plain, samples
+from mcdenoise.study.figures._ch06_data import ADAPTIVE
+from mcdenoise.study.figures._ch06_data import filtered as rpf_filtered
 from mcdenoise.study.figures._ch09_data import (
     GREEN,
     GREY,
@@ -30,7 +32,6 @@ from mcdenoise.study.figures._ch09_data import (
     filtered,
     geometric_mean,
     noisy,
-    stored,
     symbol,
     way,
 )
@@ -44,14 +45,14 @@ REGIONS = {
     "soft_shadow": {"wall": np.s_[8:40, 80:120], "penumbra": np.s_[64:84, 60:80]},
 }
 SIGMAS = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
-LOOKS = {  # colour, marker
-    "unfiltered": (GREY, "_"),
-    "best Gaussian": ("#66CCEE", "v"),
-    "RPF, adaptive": ("#CCBB44", "s"),
-    "best for all pixels": (GREEN, "D"),
-    "LBF, cross-bilateral": (RED, "o"),
-    "LBF, NLM": (PURPLE, "P"),
-    "best for each pixel": ("#222222", "*"),
+LOOKS = {  # words, colour, marker
+    "noisy": ("unfiltered", GREY, "_"),
+    "gaussian": ("best Gaussian", "#66CCEE", "v"),
+    "rpf": ("RPF, adaptive", "#CCBB44", "s"),
+    "shared": ("best for all pixels", GREEN, "D"),
+    "cross_bilateral": ("LBF, cross-bilateral", RED, "o"),
+    "nlm": ("LBF, NLM", PURPLE, "P"),
+    "oracle": ("best for each pixel", "#222222", "*"),
 }
 SWEEP = (1, 2, 4, 8, 16)
 
@@ -103,66 +104,65 @@ def theta_maps() -> tuple[Figure, dict]:
 
 
 @cache
-def best_gaussian(scene: str, spp: int) -> float:
-    """RelMSE of the Gaussian that is best for this scene."""
-    return min(error(gaussian(noisy(scene, spp), sigma_space=one), scene) for one in SIGMAS)
+def best_gaussian(scene: str, spp: int) -> np.ndarray:
+    """The image after the Gaussian that is best for this scene."""
+    images = [gaussian(noisy(scene, spp), sigma_space=one) for one in SIGMAS]
+    return min(images, key=lambda image: error(image, scene))
 
 
-def errors_of(scene: str, spp: int) -> dict[str, float]:
-    """RelMSE of all methods; what needs the oracle is from every eighth row."""
+def images_of(scene: str, spp: int) -> dict[str, np.ndarray]:
+    """Images of all methods by key; those of the two searches are every eighth row alone."""
     found = best_theta(scene, spp)
     return {
-        "unfiltered": error(noisy(scene, spp), scene),
-        "best Gaussian": best_gaussian(scene, spp),
-        "RPF, adaptive": stored("ch06")["gain"][f"spp_{spp}"][scene]["adaptive"],
-        "best for all pixels": error_in_rows(found.shared_image, scene),
-        **{words: error_of(scene, variant, spp) for variant, words in VARIANTS.items()},
-        "best for each pixel": error_in_rows(found.image, scene),
+        "noisy": noisy(scene, spp),
+        "gaussian": best_gaussian(scene, spp),
+        "rpf": rpf_filtered(scene, ADAPTIVE, spp),
+        "shared": found.shared_image,
+        **{variant: filtered(scene, variant, spp) for variant in VARIANTS},
+        "oracle": found.image,
     }
 
 
-def way_of(scene: str, spp: int, image: np.ndarray) -> float:
-    """How far an image is on the way from unfiltered to the oracle of each pixel, on the same rows."""
-    ends = (error_in_rows(one, scene) for one in (noisy(scene, spp), best_theta(scene, spp).image))
-    start, end = ends
-    return way(start, error_in_rows(image, scene), end)
+def measured(spp: int) -> dict:
+    """RelMSE of all methods and scenes, on every eighth row and, but for the searches, of whole images; and the way."""
+    images = {scene: images_of(scene, spp) for scene in SCENES}
+    rows = {scene: {key: error_in_rows(one, scene) for key, one in of.items()} for scene, of in images.items()}
+    whole = {
+        scene: {key: error(one, scene) for key, one in of.items() if key not in ("shared", "oracle")}
+        for scene, of in images.items()
+    }
+    ways = {
+        key: {scene: way(of["noisy"], of[key], of["oracle"]) for scene, of in rows.items()}
+        for key in ("gaussian", "rpf", "shared", *VARIANTS)
+    }
+    return {
+        "errors": rows,
+        "mean": {key: geometric_mean([rows[scene][key] for scene in SCENES]) for key in rows["dof"]},
+        "whole": whole,
+        "whole_mean": {key: geometric_mean([whole[scene][key] for scene in SCENES]) for key in whole["dof"]},
+        "way": ways,
+        "mean_way": {key: float(np.mean(list(one.values()))) for key, one in ways.items()},
+    }
 
 
 def methods() -> tuple[Figure, dict]:
-    """RelMSE of all methods at 4 and 8 spp, from unfiltered to the best of every pixel."""
+    """RelMSE of all methods at 4 and 8 spp, from unfiltered to the best of every pixel; every eighth row."""
     figure, numbers = Figure(figsize=(9.8, 4.6), layout="constrained"), {}
     for axes, spp in zip(figure.subplots(1, 2, sharey=True), SPPS, strict=True):
-        rows = {scene: errors_of(scene, spp) for scene in SCENES}
-        _dots(axes, rows)
+        numbers[f"spp_{spp}"] = measured(spp)
+        _dots(axes, numbers[f"spp_{spp}"]["errors"])
         axes.set_title(f"{spp} spp", fontsize=10)
-        ways = {
-            variant: {scene: way_of(scene, spp, filtered(scene, variant, spp)) for scene in SCENES}
-            for variant in VARIANTS
-        }
-        ways["shared"] = {scene: way_of(scene, spp, best_theta(scene, spp).shared_image) for scene in SCENES}
-        mean = {name: geometric_mean([rows[scene][name] for scene in SCENES]) for name in LOOKS}
-        numbers[f"spp_{spp}"] = {
-            "errors": {scene: dict(zip(KEYS, one.values(), strict=True)) for scene, one in rows.items()},
-            "mean": dict(zip(KEYS, mean.values(), strict=True)),
-            "way": ways,
-            "mean_way": {name: float(np.mean(list(one.values()))) for name, one in ways.items()},
-            "beats_rpf": [s for s in SCENES if rows[s]["LBF, cross-bilateral"] < rows[s]["RPF, adaptive"]],
-            "beats_shared": [s for s in SCENES if ways["cross_bilateral"][s] > ways["shared"][s]],
-        }
-    log_axis(figure.axes[0], 0.0005, 0.2)
+    log_axis(figure.axes[0], 0.0003, 0.2)
     handles, labels = figure.axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, frameon=False, ncols=4, loc="outside lower center", fontsize=9)
     return figure, numbers
 
 
-KEYS = ("noisy", "gaussian", "rpf", "shared", "cross_bilateral", "nlm", "oracle")
-
-
 def _dots(axes: Axes, rows: dict[str, dict[str, float]]) -> None:
     """A column of markers for each scene."""
     places = np.arange(len(rows))
-    for shift, (name, (colour, marker)) in zip(np.linspace(-0.27, 0.27, len(LOOKS)), LOOKS.items(), strict=True):
-        values = [one[name] for one in rows.values()]
+    for shift, (key, (name, colour, marker)) in zip(np.linspace(-0.27, 0.27, len(LOOKS)), LOOKS.items(), strict=True):
+        values = [one[key] for one in rows.values()]
         size = {"_": 12, "*": 11}.get(marker, 7)
         axes.plot(
             places + shift, values, marker, color=colour, markersize=size, label=name, linestyle="none",

@@ -35,7 +35,7 @@ from mcdenoise.study.figures._references import FOLDER, reference
 from mcdenoise.study.lbf_capacity_results import ALL, differences_figure, load_study
 from mcdenoise.study.slider import Slider, slider
 
-SHOWN = (0, 1, 2, 5, 10, 20, 40, 80)  # epochs
+SHOWN = (0, 1, 2, 5, 10, 20, 40)  # epochs
 RADIUS, HIDDEN = 13, 10
 LEARNT, WATCHED = "dof", "pinhole"  # scenes with the same groups of features
 GALLERY = (0, 1, 2, 4, 5, 6, 7, 8)  # seeds of training scenes
