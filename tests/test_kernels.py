@@ -18,7 +18,7 @@ from mcdenoise.filters.joint_nlm import joint_nlm_sums
 from mcdenoise.filters.nlm import nlm_sums
 from mcdenoise.kernels import bilateral as bilateral_kernel
 from mcdenoise.kernels import gaussian as gaussian_kernel
-from mcdenoise.kernels import jit, patch_rows, rows
+from mcdenoise.kernels import jit, lbf_rows, patch_rows, rows
 from mcdenoise.kernels import network as network_kernel
 from mcdenoise.kernels import nlm as nlm_kernel
 from mcdenoise.kernels import rpf as rpf_kernel
@@ -90,6 +90,7 @@ def test_exp2_is_accurate_and_ends_in_zero():
 
 
 ROW, PLACE, NUMBER = types.Array(types.float32, 1, "C"), types.uint64, types.float32
+THREE = types.UniTuple(types.float32, 3)
 HOT = {
     "add_squares": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, PLACE),
     "add_normalised": (ROW, PLACE, PLACE, ROW, ROW, PLACE, PLACE, PLACE),
@@ -112,6 +113,16 @@ HOT = {
     "dot_four": (ROW, PLACE, ROW, PLACE),
     "activate": (ROW, PLACE, ROW, PLACE, types.int64),
     "multiply_by_slope": (ROW, PLACE, ROW, PLACE, types.int64),
+    "start_row": (ROW, PLACE, ROW, ROW, ROW, PLACE, NUMBER, NUMBER),
+    "add_pixel_colour": (ROW, PLACE, PLACE, NUMBER, ROW, ROW, PLACE, PLACE, THREE, THREE),
+    "add_patch_colour": (ROW, PLACE, PLACE, NUMBER, ROW, ROW, PLACE, NUMBER),
+    "add_feature": (ROW, PLACE, PLACE, ROW, PLACE, PLACE, THREE, THREE),
+    "add_times": (ROW, PLACE, PLACE, NUMBER, ROW, PLACE),
+    "sum_weighted": (ROW, PLACE, ROW, PLACE, PLACE),
+    "turn_to_pull": (ROW, PLACE, ROW, PLACE, PLACE, THREE, NUMBER),
+    "inner_product": (ROW, ROW, PLACE, PLACE),
+    "position_product": (ROW, ROW, NUMBER, PLACE),
+    "add_noisy_difference": (ROW, PLACE, PLACE, ROW, ROW, ROW, PLACE, PLACE, PLACE, THREE, NUMBER),
 }
 
 
@@ -121,7 +132,9 @@ def test_hot_loops_are_packed_single_precision(name):
     """One slice, one float64 literal or one more output row, and the loop silently turns scalar: see kernels/rows."""
     options = {"fastmath": jit.FASTMATH, "error_model": jit.ERROR_MODEL, "nogil": True}
     function = next(
-        getattr(module, name) for module in (rows, patch_rows, rpf_kernel, network_kernel) if hasattr(module, name)
+        getattr(module, name)
+        for module in (rows, patch_rows, rpf_kernel, network_kernel, lbf_rows)
+        if hasattr(module, name)
     )
     compiled = numba.njit(HOT[name], **options)(function.py_func)
     (code,) = compiled.inspect_asm().values()

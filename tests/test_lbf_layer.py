@@ -13,6 +13,7 @@ from mcdenoise.lbf.layer import COLOUR_EPSILON, LEAST_VARIANCE, VARIANTS, Filter
 from mcdenoise.lbf.loss import Example, FilterLoss
 from mcdenoise.lbf.model import LBFModel
 from mcdenoise.lbf.primary import Primary
+from mcdenoise.lbf.untextured import untextured
 from mcdenoise.nn import check_gradient
 
 pytestmark = pytest.mark.ch09
@@ -156,7 +157,8 @@ def test_rows_are_those_of_the_whole_image_at_any_number_of_threads():
 def test_gradient_of_every_theta_by_central_differences(variant, radius):
     """On 4 x 6 pixels every window is cut by a border."""
     primary = primary_of(6, 4, 6, tuple(CHANNELS), dtype=np.float64)
-    layer = FilterLayer(primary, variant=variant, radius=radius, patch_radius=1, engine="numpy")
+    albedo = np.random.default_rng(1).uniform(0.2, 1, (4, 6, 3))
+    layer = FilterLayer(primary, variant=variant, radius=radius, patch_radius=1, albedo=albedo, engine="numpy")
     pair = layer.forward, lambda d_filtered, saved: {"theta": layer.backward(d_filtered, saved)}
     assert check_gradient(pair, {"theta": 0.02 + theta_of(layer)}, tolerance=1e-6) < 1e-6
 
@@ -187,6 +189,50 @@ def test_gradient_of_every_weight_by_central_differences(variant, colour_theta):
         return model.network.replace(parameters).gradients(d_value * loss.backward(kept), of_network)
 
     assert check_gradient((forward, backward), dict(model.network.parameters), tolerance=1e-5) < 1e-5
+
+
+def test_colours_divided_by_albedo_come_back_multiplied():
+    """A texture under even light: without texture it is flat, and the filter leaves the image as it is."""
+    texture = np.random.default_rng(10).uniform(0.2, 1, (6, 7, 3)).astype(np.float32)
+    still = {"albedo": 0 * texture}
+    textured = Primary(0.7 * texture, 0.01 * texture, {"albedo": texture}, {"albedo": texture}, still, 4)
+    compared, albedo = untextured(textured)
+    np.testing.assert_allclose(compared.colour, 0.7, rtol=1e-6)
+    np.testing.assert_allclose(compared.colour_variance * texture, 0.01, rtol=1e-5)
+    for engine in ("numpy", "numba"):
+        layer = FilterLayer(compared, albedo=albedo, rows=[1, 4], engine=engine)
+        np.testing.assert_allclose(layer.noisy, textured.colour[[1, 4]], rtol=1e-6)
+        np.testing.assert_allclose(layer.forward(theta_of(layer))[0], textured.colour[[1, 4]], rtol=1e-5)
+    bare, nothing = untextured(textured.select([]))
+    assert nothing is None
+    np.testing.assert_array_equal(bare.colour, textured.colour)
+
+
+@pytest.mark.parametrize("engine", ["numpy", "numba"])
+def test_a_model_divides_and_multiplies(engine):
+    primary = primary_of(11, 6, 9, ("albedo",))
+    model = LBFModel.random(["albedo"], hidden=[2], rng=np.random.default_rng(0), radius=3)
+    layer, theta = model.layer(primary, engine=engine), model.theta(primary)
+    compared, albedo = untextured(primary)
+    plain = FilterLayer(compared, radius=3, engine=engine)
+    np.testing.assert_allclose(layer.forward(theta)[0], plain.forward(theta)[0] * albedo, rtol=1e-6)
+    without = LBFModel.random(["albedo"], hidden=[2], rng=np.random.default_rng(0), divides_albedo=False)
+    assert without.layer(primary).albedo is None
+
+
+def test_black_albedo_is_not_divided_by():
+    black = {"albedo": np.zeros((2, 2, 3), np.float32)}
+    compared, albedo = untextured(Primary(np.ones((2, 2, 3), np.float32), black["albedo"], black, black, black, 4))
+    np.testing.assert_allclose(albedo, 0.1)
+    np.testing.assert_allclose(compared.colour, 10)
+
+
+@pytest.mark.parametrize("albedo", [np.ones((5, 6)), np.zeros((5, 6, 3)), np.full((5, 6, 3), np.nan)])
+def test_an_albedo_that_cannot_be_divided_by_is_refused(albedo):
+    with pytest.raises(
+        ValueError, match=r"albedo must have the shape of the colours, \(5, 6, 3\), and be above 0; got shape"
+    ):
+        FilterLayer(primary_of(1, 5, 6), albedo=albedo)
 
 
 def test_extreme_numbers_stay_finite():

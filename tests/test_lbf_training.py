@@ -28,7 +28,7 @@ from mcdenoise.nn.layers import softplus
 from mcdenoise.samples.storage import write_npz
 
 pytestmark = pytest.mark.ch09
-QUICK = {"groups": ("albedo",), "hidden": (3,), "radius": 3, "rows": 8, "drop": False}
+QUICK = {"groups": ("albedo",), "hidden": (3,), "radius": 3, "rows": 8, "drop": False, "divides_albedo": False}
 
 
 def made_up(seed, size=24, spp=(4, 16)):

@@ -45,6 +45,8 @@ class FilterLayer:
     variant : ``"cross_bilateral"``: colours of pixels are compared; ``"nlm"``: of patches
     radius : of the window, pixels
     patch_radius : of the patches of ``"nlm"``, pixels
+    albedo : (h, w, 3), above 0: what the colours of `primary` were divided by, see `untextured`; the filtered colours are
+        multiplied by it. None: they were not.
     rows : image rows that are filtered; None: all. The window reaches over all rows of the image in any case.
     engine : ``"numba"``, in float32, or ``"numpy"``, the formula as it reads and in float64
 
@@ -71,6 +73,7 @@ class FilterLayer:
     variant: str = "cross_bilateral"
     radius: int = RADIUS
     patch_radius: int = PATCH_RADIUS
+    albedo: np.ndarray | None = None
     rows: Sequence[int] | None = None
     engine: str = "numba"
 
@@ -84,6 +87,11 @@ class FilterLayer:
         if rows.ndim != 1 or rows.size == 0 or rows.dtype.kind not in "iu" or rows.min() < 0 or rows.max() >= height:
             raise ValueError(f"rows must be a list of row numbers from 0 to {height - 1}, got {self.rows!r}.")
         object.__setattr__(self, "rows", rows.astype(np.int64))
+        if self.albedo is not None and (self.albedo.shape != self.primary.colour.shape or not self.albedo.min() > 0):
+            raise ValueError(
+                f"albedo must have the shape of the colours, {self.primary.colour.shape}, and be above 0; got shape "
+                f"{self.albedo.shape}. Take both from `untextured`."
+            )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -94,6 +102,16 @@ class FilterLayer:
     def shape(self) -> tuple[int, int, int]:
         """The shape that theta must have: (rows, w, names)."""
         return len(self.rows), self.primary.colour.shape[1], len(self.names)
+
+    @property
+    def noisy(self) -> np.ndarray:
+        """The unfiltered colours of the rows, (rows, w, 3)."""
+        return self.primary.colour[self.rows] * self._factor
+
+    @cached_property
+    def _factor(self) -> np.ndarray | np.float32:
+        """What filtered colours are multiplied by."""
+        return np.float32(1) if self.albedo is None else self.albedo[self.rows]
 
     def forward(self, theta: object) -> tuple[np.ndarray, Saved]:
         """Filter.
@@ -114,8 +132,8 @@ class FilterLayer:
         """
         theta = self._check(theta)
         total, norm = self._sums(theta)
-        filtered = total / norm[..., np.newaxis]
-        return filtered, (theta, filtered, norm)
+        mean = total / norm[..., np.newaxis]
+        return mean * self._factor, (theta, mean, norm)
 
     def backward(self, d_filtered: np.ndarray, saved: Saved) -> np.ndarray:
         """Gradient of a loss with respect to theta, from that with respect to the filtered colour.
@@ -132,9 +150,9 @@ class FilterLayer:
         -------
         d_theta : (rows, w, names)
         """
-        theta, filtered, norm = saved
-        pull = d_filtered / norm[..., np.newaxis]
-        level = np.sum(pull * filtered, axis=-1)
+        theta, mean, norm = saved
+        pull = d_filtered * self._factor / norm[..., np.newaxis]
+        level = np.sum(pull * mean, axis=-1)
         if self.engine == "numpy":
             return reference_backward(self, theta, pull, level)
         from mcdenoise.kernels.lbf import layer_backward

@@ -12,6 +12,7 @@ import numpy as np
 from mcdenoise.lbf.layer import LARGEST_THETA, PATCH_RADIUS, RADIUS, FilterLayer
 from mcdenoise.lbf.primary import GROUPS, Primary
 from mcdenoise.lbf.secondary import COLOUR, secondary_features, secondary_names
+from mcdenoise.lbf.untextured import untextured
 from mcdenoise.nn import MLP, Softplus
 from mcdenoise.samples.gate import check_bandwidth, check_names
 
@@ -36,6 +37,7 @@ class LBFModel:
     variant, radius, patch_radius : of the filter, see `FilterLayer`
     colour_theta : theta of the colour's distance, the same everywhere; None: the network predicts it
     sees_colour : the network sees secondary features of the colour, too; the paper's does not
+    divides_albedo : colours are divided by the albedo before the filter, and multiplied after; the paper's are not
     card : how the model came about, as JSON can hold it
 
     Examples
@@ -54,6 +56,7 @@ class LBFModel:
     patch_radius: int = PATCH_RADIUS
     colour_theta: float | None = None
     sees_colour: bool = True
+    divides_albedo: bool = True
     card: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
@@ -112,7 +115,13 @@ class LBFModel:
     def layer(self, primary: Primary, **settings: Any) -> FilterLayer:
         """The filter of this model for a scene; `settings` as for `FilterLayer` (rows, engine)."""
         shared = {name: getattr(self, name) for name in ("variant", "radius", "patch_radius")}
-        return FilterLayer(self.known(primary), **shared, **settings)
+        compared, albedo = self.prepared(primary)
+        return FilterLayer(compared, albedo=albedo, **shared, **settings)
+
+    def prepared(self, primary: Primary) -> tuple[Primary, np.ndarray | None]:
+        """What this model compares: `known`, and where it divides by albedo `untextured`, with that albedo."""
+        known = self.known(primary)
+        return untextured(known) if self.divides_albedo else (known, None)
 
     def known(self, primary: Primary) -> Primary:
         """The scene's features without the groups that this model does not know."""
@@ -120,7 +129,7 @@ class LBFModel:
 
     def inputs(self, primary: Primary) -> np.ndarray:
         """What the network sees, (h, w, inputs) float32: normalised, 0 where the scene lacks a group."""
-        primary = self.known(primary)
+        primary, _ = self.prepared(primary)
         return self.normalise(secondary_features(primary, self.sees_colour), primary.groups)
 
     def normalise(self, values: np.ndarray, groups: tuple[str, ...]) -> np.ndarray:

@@ -19,7 +19,7 @@ from mcdenoise.samples.storage import open_npz, write_npz
 
 FORMAT = "mcdenoise-lbf-1"
 LONG = 7  # entries of a card that are all written out
-SETTINGS = ("groups", "variant", "radius", "patch_radius", "colour_theta", "sees_colour")
+SETTINGS = ("groups", "variant", "radius", "patch_radius", "colour_theta", "sees_colour", "divides_albedo")
 
 
 def save_model(model: LBFModel, path: str | os.PathLike) -> None:

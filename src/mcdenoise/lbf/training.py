@@ -19,6 +19,7 @@ from mcdenoise.lbf.loss import Example, FilterLoss
 from mcdenoise.lbf.model import LBFModel
 from mcdenoise.lbf.primary import GROUPS, Primary
 from mcdenoise.lbf.secondary import COLOUR, secondary_features, secondary_names
+from mcdenoise.lbf.untextured import untextured
 from mcdenoise.nn import MLP, RPROP, Diverged, RelativeError, Training, loss_and_gradients
 from mcdenoise.samples.gate import check_choice, check_count
 
@@ -39,6 +40,7 @@ class TrainConfig:
     radius, patch_radius : of the filter
     training_radius : of its window while it is trained: a quarter of the cost; the bells that it learns are narrower
     sees_colour : show the network secondary features of the colour, too
+    divides_albedo : filter colours that are divided by the albedo
     drop : leave out groups at random, so that the model serves scenes which lack them
     epochs : at most
     rows, validation_rows : image rows of each image that count, in training and in validation scenes
@@ -56,6 +58,7 @@ class TrainConfig:
     training_radius: int = 13
     patch_radius: int = PATCH_RADIUS
     sees_colour: bool = True
+    divides_albedo: bool = True
     drop: bool = True
     epochs: int = 80
     rows: int = 2
@@ -74,7 +77,10 @@ class TrainConfig:
 
     def start(self) -> LBFModel:
         """The model before the first step; it does not yet know the statistics of its inputs."""
-        settings = {name: getattr(self, name) for name in ("variant", "patch_radius", "colour_theta", "sees_colour")}
+        settings = {
+            name: getattr(self, name)
+            for name in ("variant", "patch_radius", "colour_theta", "sees_colour", "divides_albedo")
+        }
         settings["radius"] = min(self.radius, self.training_radius)
         rng = np.random.default_rng([self.seed, STREAM_WEIGHTS])
         return LBFModel.random(self.groups, hidden=self.hidden, rng=rng, **settings)
@@ -173,7 +179,7 @@ class _Task:
         self.x, self.target = (
             np.concatenate([getattr(e, name) for e in loss.examples]) for name in ("inputs", "target")
         )
-        self.unfiltered = loss.error_of([e.layer.primary.colour[e.layer.rows] for e in loss.examples], self.target)
+        self.unfiltered = loss.error_of([e.layer.noisy for e in loss.examples], self.target)
 
     def value(self, network: MLP) -> float:
         return self.loss.forward(network.forward(self.x)[0], self.target)[0]
@@ -223,7 +229,8 @@ def _draw(config: TrainConfig, scenes: Sequence[SceneData], part: int) -> list[_
             else:
                 primary = primary.select([group for group in config.groups if group in primary.groups])
             primary = flip_axes(primary, rng)
-            values = secondary_features(primary, config.sees_colour)[rows]
+            compared = untextured(primary)[0] if config.divides_albedo else primary
+            values = secondary_features(compared, config.sees_colour)[rows]
             found.append(_Drawn(primary, rows, values, scene.reference))
     return found
 

@@ -89,7 +89,13 @@ def way(start: float, here: float, end: float) -> float:
 
 
 def neighbours(layer: FilterLayer, y: int, x: int) -> tuple[np.ndarray, np.ndarray, tuple[slice, slice]]:
-    """What the filter compares at one pixel: distances (m, h, w), colours (h, w, 3), and the window, clipped at borders."""
+    """What the filter compares at one pixel, in its window, clipped at borders.
+
+    Returns
+    -------
+    distances : (m, h, w). colours : (h, w, 3), of which the filtered colour is the weighted mean; with a model that divides
+    by albedo these have that of the pixel itself. window : rows and columns.
+    """
     height, width = layer.primary.colour.shape[:2]
     window = tuple(
         np.s_[max(at - layer.radius, 0) : min(at + layer.radius + 1, size)] for at, size in ((y, height), (x, width))
@@ -97,7 +103,8 @@ def neighbours(layer: FilterLayer, y: int, x: int) -> tuple[np.ndarray, np.ndarr
     found = offset_distances(layer, 0, 0, np.s_[y : y + 1, x : x + 1], window)
     rows, columns = (np.arange(part.start, part.stop) for part in window)
     found[..., 0] = (rows[:, np.newaxis] - y) ** 2 + (columns - x) ** 2
-    return np.moveaxis(found, -1, 0), layer.primary.colour[window].astype(np.float64), window
+    own = 1.0 if layer.albedo is None else layer.albedo[y, x].astype(np.float64)
+    return np.moveaxis(found, -1, 0), layer.primary.colour[window].astype(np.float64) * own, window
 
 
 def effective(weights: np.ndarray) -> float:

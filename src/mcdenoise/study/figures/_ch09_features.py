@@ -90,12 +90,13 @@ def unseen() -> SampleBuffer:
 def secondary() -> tuple[Figure, dict]:
     """The secondary features of one scene, each on its own range, numbered as the network's inputs."""
     found = primary_features(unseen())
-    values, names = secondary_features(found, colour=True), secondary_names([*found.groups, COLOUR])
+    seen, _ = shipped_model().prepared(found)
+    values, names = secondary_features(seen, colour=True), secondary_names([*found.groups, COLOUR])
     published = secondary_names(found.groups)
     figure = Figure(figsize=(9.8, 7.8), layout="constrained")
     grid = figure.subplots(len(found.groups) + 1, 8)
     for row, group in zip(grid, (*found.groups, COLOUR), strict=True):
-        picture(row[0], found.colour if group == COLOUR else in_view(group, found.raw[group]))
+        picture(row[0], seen.colour if group == COLOUR else in_view(group, found.raw[group]))
         row[0].set_ylabel(WORDS[group] if group in found.groups else "colour (ours)")
         for axes, kind in zip(row[1:], KINDS, strict=True):
             name = f"{kind} {group}"

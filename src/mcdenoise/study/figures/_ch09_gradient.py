@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from matplotlib.figure import Figure
 
-from mcdenoise.lbf import FilterLayer, LBFModel, primary_features
+from mcdenoise.lbf import LBFModel, primary_features
 from mcdenoise.lbf.loss import Example, FilterLoss
 from mcdenoise.lbf.pixel import filter_pixel, softplus_link
 from mcdenoise.nn import Pair, check_gradient
@@ -93,7 +93,7 @@ def small_example(variant: str) -> tuple[LBFModel, Example]:
         found.groups, hidden=[3], rng=np.random.default_rng(0), dtype=np.float64, variant=variant, radius=2,
         patch_radius=1, colour_theta=None,
     )  # fmt: skip
-    layer = FilterLayer(found, variant, 2, 1, engine="numpy")
+    layer = model.layer(found, engine="numpy")
     inputs = model.inputs(found).astype(np.float64)
     return model, Example(layer, inputs.reshape(-1, inputs.shape[-1]), truth.reshape(-1, 3).astype(np.float64))
 

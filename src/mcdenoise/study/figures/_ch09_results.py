@@ -41,8 +41,8 @@ from mcdenoise.study.slider import Slider, slider
 MAPPED = ("dof", "motion", "soft_shadow", "glossy")
 REGIONS = {
     "dof": {"focus": np.s_[56:84, 56:80], "front": np.s_[100:124, 104:124]},
-    "motion": {"still": np.s_[40:56, 54:80], "moving": np.s_[66:82, 56:80]},
-    "soft_shadow": {"wall": np.s_[8:40, 80:120], "penumbra": np.s_[64:84, 60:80]},
+    "motion": {"slow": np.s_[40:56, 54:80], "fast": np.s_[66:82, 56:80]},
+    "soft_shadow": {"floor": np.s_[8:40, 80:120], "penumbra": np.s_[64:84, 60:80]},
 }
 SIGMAS = (0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
 LOOKS = {  # words, colour, marker

@@ -55,7 +55,6 @@ def card_numbers(variant: str) -> dict:
     """What the card of a shipped model says about its training, and the size of its network."""
     model = shipped_model(variant)
     card, widths = model.card, widths_of(model)
-    losses, seen = card["loss"], card["validation_loss"]
     return {
         "network": "-".join(map(str, widths)),
         "parameters": model.network.size,
@@ -65,12 +64,37 @@ def card_numbers(variant: str) -> dict:
         "scenes": len(card["training_scenes"]),
         "validation_scenes": len(card["validation_scenes"]),
         "spp": card["spp"],
-        "epochs": card["epochs"],
-        "best_epoch": card["best_epoch"],
-        "left": 100 * losses["last"] / losses["unfiltered"],
-        "left_at_first": 100 * losses["first"] / losses["unfiltered"],
-        "left_validation": 100 * seen["best"] / seen["unfiltered"],
     }
+
+
+def training() -> tuple[Figure, dict]:
+    """Losses of both shipped models while they were trained, from their cards."""
+    figure, numbers = Figure(figsize=(9.4, 3.5), layout="constrained"), {}
+    for axes, (variant, words) in zip(figure.subplots(1, 2, sharey=True), VARIANTS.items(), strict=True):
+        card = shipped_model(variant).card
+        learnt = np.array(card["curve"]["training"]) / card["loss"]["unfiltered"]
+        looks, seen = np.array(card["curve"]["validation"]).T
+        seen = seen / card["validation_loss"]["unfiltered"]
+        best = int(np.argmin(seen))
+        axes.plot(learnt, color=BLUE, label="training scenes")
+        axes.plot(looks, seen, "o-", color=RED, markersize=4, label="validation scenes")
+        axes.plot(looks[best], seen[best], "*", markersize=15, color="#CCBB44", markeredgecolor="black", label="kept")
+        axes.set(xlabel="epochs of RPROP", title=f"{words}, {shipped_model(variant).network.size} parameters")
+        axes.title.set_fontsize(10)
+        axes.grid(color="#e5e5e5")
+        numbers[variant] = {
+            "epochs": len(learnt),
+            "best_epoch": int(looks[best]),
+            "start": 100 * seen[0],
+            "best": 100 * seen[best],
+            "last": 100 * seen[-1],
+            "learnt_start": 100 * learnt[0],
+            "learnt_best": 100 * learnt[min(int(looks[best]), len(learnt) - 1)],
+            "learnt_last": 100 * learnt[-1],
+        }
+    figure.axes[0].set_ylabel("loss, share of the noisy images'")
+    figure.axes[0].legend(frameon=False, fontsize=9)
+    return figure, numbers
 
 
 class Learning(NamedTuple):
@@ -85,9 +109,9 @@ class Learning(NamedTuple):
 def learning() -> Learning:
     """Learn from every eighth row of dof, with its reference; watch those of pinhole."""
     found, other = primary(LEARNT), primary(WATCHED)
-    seen = secondary_features(found, colour=True)
-    values = seen.reshape(-1, seen.shape[-1]).astype(np.float64)
     start = LBFModel.random(found.groups, hidden=[HIDDEN], rng=np.random.default_rng(0), radius=RADIUS)
+    seen = secondary_features(start.prepared(found)[0], start.sees_colour)
+    values = seen.reshape(-1, seen.shape[-1]).astype(np.float64)
     model = replace(start, mean=values.mean(axis=0), scale=values.std(axis=0))
     layer, beside = model.layer(found, rows=ROWS), model.layer(other, rows=ROWS)
     inputs, unseen = (model.inputs(one)[list(ROWS)].reshape(-1, values.shape[-1]) for one in (found, other))

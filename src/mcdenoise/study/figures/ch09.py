@@ -7,7 +7,7 @@ from mcdenoise.study.figures._ch09_limits import despike, limits
 from mcdenoise.study.figures._ch09_oracle import oracle
 from mcdenoise.study.figures._ch09_pixel import covariance, terms
 from mcdenoise.study.figures._ch09_results import methods, results, slider_spp, theta_maps
-from mcdenoise.study.figures._ch09_training import CAPACITY, capacity, slider_learning, training_scenes
+from mcdenoise.study.figures._ch09_training import CAPACITY, capacity, slider_learning, training, training_scenes
 
 FIGURES = {
     "first_look": first_look,
@@ -21,6 +21,7 @@ FIGURES = {
     "terms": terms,
     "gradient_check": gradient_check,
     "training_scenes": training_scenes,
+    "training": training,
     "slider_learning": slider_learning,
     **({"capacity": capacity} if CAPACITY.exists() else {}),
     "results": results,
