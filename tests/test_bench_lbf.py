@@ -202,9 +202,9 @@ def test_the_command_measures_what_it_is_asked(tiny, capsys, monkeypatch, tmp_pa
 
     monkeypatch.setattr(bench, "accuracy_of_lbf", accuracy)
     path = tmp_path / "errors.json"
-    options = ["--scenes", "dof", "glossy", "--size", "32", "--spp", "4", "--reference-spp", "64"]
+    options = ["--scenes", "dof", "glossy", "--size", "32", "--spp", "4", "--reference-spp", "64", "--steps", "3"]
     assert bench.main(["lbf_accuracy", *options, "--json", str(path)]) == 0
-    assert asked == [(("dof", "glossy"), 32, 64, {"spps": [4]})]
+    assert asked == [(("dof", "glossy"), 32, 64, {"spps": [4], "steps": 3})]
     assert "far target: LBF, 4 spp" in capsys.readouterr().out
     assert json.loads(path.read_text())["relmse"]["4"][RPF]["glossy"] == 0.009
 

@@ -41,8 +41,9 @@ def test_the_page_quotes_numbers_that_exist():
     assert_quoted_numbers_exist("ch09", at_least=80)
 
 
-def test_tables_keep_their_cells():
-    """In a table a bar ends the cell, also within a quoted number."""
+def test_nothing_of_the_page_is_lost():
+    """In a table a bar ends the cell, also within a quoted number; a line that begins with a percent sign is a comment."""
+    assert not [line for line in page_of("ch09").splitlines() if line.lstrip().startswith("%")]
     rows = [line for line in page_of("ch09").splitlines() if line.startswith("|")]
     assert len(rows) > 40
     for quoted in re.findall(r"\{\{.*?\}\}", "\n".join(rows)):
@@ -107,7 +108,8 @@ def test_the_oracle_is_a_bound_for_its_own_noise():
     of = STORED["oracle"]
     assert of["errors"] == sorted(of["errors"], reverse=True)
     assert of["oracle"] < min(of["model"], of["shared"]) < of["noisy"]
-    assert of["oracle"] < of["other_noise"]["oracle"]
+    assert of["oracle"] < of["other_noise"]["together"] < of["other_noise"]["oracle"]
+    assert of["other_noise"]["model"] < of["other_noise"]["shared"]
     assert of["way"] == pytest.approx(data.way(of["noisy"], of["model"], of["oracle"]), abs=0.2)
     assert of["last_step"] < 1.05
 
@@ -144,6 +146,9 @@ def test_methods_are_between_the_noise_and_the_oracle(spp):
         assert of["whole"][scene]["rpf"] == stored_numbers("ch06")["gain"][f"spp_{spp}"][scene]["adaptive"]
         for name, ways in of["way"].items():
             assert ways[scene] == pytest.approx(data.way(errors["noisy"], errors[name], errors["oracle"]), abs=0.1)
+    for variant in data.VARIANTS:
+        assert of["mean_way"][variant] > of["mean_way"]["shared"] > of["mean_way"]["rpf"]
+        assert of["whole_mean"][variant] < of["whole_mean"]["rpf"]
     for name, mean in of["mean"].items():
         assert mean == pytest.approx(data.geometric_mean([of["errors"][s][name] for s in data.SCENES]), rel=1e-3)
 
@@ -157,6 +162,8 @@ def test_images_and_chart_tell_the_same_errors():
 def test_more_samples_make_less_error():
     of = STORED["slider_spp"]
     assert of["filtered"][2:] == sorted(of["filtered"][2:], reverse=True)
+    assert of["filtered"][1] > of["filtered"][0]  # with 2 samples noise passes for none
+    assert of["missed"][1] > 4 * of["missed"][2] >= 0 == of["missed"][-1]
     assert all(after < before for before, after in zip(of["noisy"], of["filtered"], strict=True))
 
 
@@ -164,7 +171,7 @@ def test_fireflies_stay_without_despiking():
     of = STORED["despike"]
     assert of["flies"] == limits.with_fireflies()[1].sum()
     assert of["left"]["lbf"] > 10 * abs(of["left"]["despiked"])
-    assert of["soft_shadow"]["despiked"] < 0.2 * of["soft_shadow"]["lbf"]
+    assert of["soft_shadow"]["despiked"] < 0.3 * of["soft_shadow"]["lbf"]  # two side by side hide each other
 
 
 def test_limits():

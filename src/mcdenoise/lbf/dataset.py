@@ -13,7 +13,7 @@ import numpy as np
 from tqdm import tqdm
 
 from mcdenoise.lbf.primary import GROUPS, KEPT_BY_GROUP, Primary, primary_features
-from mcdenoise.render import capture, render_reference
+from mcdenoise.render import capture, choose_variant, render_reference
 from mcdenoise.render.scenes.random_scene import random_scene
 from mcdenoise.samples import SampleBuffer
 from mcdenoise.samples.gate import check_count
@@ -122,7 +122,7 @@ def load_data(config: DataConfig, folder: Path | None = None) -> tuple[list[Scen
 
 def _shelf(config: DataConfig) -> Path:
     """The folder for these data."""
-    depends = [asdict(config) | {"scenes": 0, "validation": 0, "first": 0}, FORMAT]
+    depends = [asdict(config) | {"scenes": 0, "validation": 0, "first": 0}, FORMAT, choose_variant()]
     depends += [version(package) for package in ("mitsuba", "drjit", "mcdenoise")]
     return cache_folder() / f"lbf-data-{hashlib.sha256(json.dumps(depends).encode()).hexdigest()[:16]}"
 

@@ -24,7 +24,14 @@ class LBFAnalysis:
     ----------
     image : (h, w, 3), the filtered image
     theta : name -> (h, w), the predicted inverse bandwidths 1 / (2 sigma^2): "position", "colour", and each group
-    primary : what the filter compared
+    primary : what the filter compared: without texture, where the model divides by albedo
+
+    Examples
+    --------
+    >>> flat = np.ones((2, 2, 3), np.float32)
+    >>> found = LBFAnalysis(flat, {"position": np.full((2, 2), 0.125)}, Primary(flat, 0 * flat, {}, {}, {}, spp=4))
+    >>> float(found.bandwidths["position"][0, 0])
+    2.0
     """
 
     image: np.ndarray

@@ -1,4 +1,4 @@
-"""Chapter 09: the chain rule at one pixel, term by term; plain functions of arrays.
+"""Chapter 09: the chain rule at one pixel, term by term, in plain functions of arrays; and one epoch on one image.
 
     weights of the network -> z -> theta = softplus(z) -> c_hat -> E
 
@@ -63,7 +63,7 @@ def filtered_error_gradient(filtered: np.ndarray, reference: np.ndarray, spp: in
 
 
 def filtered_by_theta(theta: np.ndarray, distances: np.ndarray, colours: np.ndarray) -> np.ndarray:
-    """dc_hat_q/dtheta_m = -(1/S) sum_j w_j E_mj (c_jq - c_hat_q), S = sum_j w_j: minus a weighted covariance.
+    """dc_hat_q/dtheta_m: how each channel of the filtered colour changes with each theta; minus a weighted covariance.
 
     Parameters
     ----------
@@ -88,8 +88,6 @@ def filtered_by_theta(theta: np.ndarray, distances: np.ndarray, colours: np.ndar
 
 def softplus_link(d_theta: np.ndarray, theta: np.ndarray) -> np.ndarray:
     """dE/dz from dE/dtheta, where theta = softplus(z) = log(1 + e^z) and z itself is no longer at hand.
-
-    dtheta/dz = 1 / (1 + e^-z) = 1 - e^-theta
 
     Parameters
     ----------
@@ -144,7 +142,6 @@ def rprop_epoch(
     0.44
     0.34
     """
-    ### BEGIN SOLUTION
     theta, saved_by_network = network.forward(inputs)
     filtered, saved_by_layer = layer.forward(theta.reshape(layer.shape))
     spp, pixels, scale = layer.primary.spp, len(inputs), reference**2 + 0.01
@@ -153,4 +150,3 @@ def rprop_epoch(
     gradients = network.gradients(d_theta.reshape(theta.shape), saved_by_network)
     parameters, state = optimizer.step(network.parameters, gradients, state)
     return network.replace(parameters), state, float(error)
-    ### END SOLUTION

@@ -38,8 +38,8 @@ from mcdenoise.study.bench_filters import TARGET_SIZE, Peers, compile_kernels, f
 from mcdenoise.study.bench_lbf import SIZE as LBF_SIZE
 from mcdenoise.study.bench_lbf import SPP as LBF_SPP
 from mcdenoise.study.bench_lbf import compile_lbf, lbf_lines, lbf_numbers, lbf_works, measure_lbf
+from mcdenoise.study.bench_lbf_accuracy import STEPS, accuracy_of_lbf
 from mcdenoise.study.bench_lbf_accuracy import accuracy_lines as lbf_accuracy_lines
-from mcdenoise.study.bench_lbf_accuracy import accuracy_of_lbf
 from mcdenoise.study.bench_limit import limit_lines, peak_rates
 from mcdenoise.study.bench_measure import measure, table
 from mcdenoise.study.bench_nn import nn_lines
@@ -66,7 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         elif options.command == "lbf":
             bench_lbf(options.size, options.spp, options.radius, options.repeats, options.json)
         elif options.command == "lbf_accuracy":
-            bench_lbf_accuracy(options.scenes, options.size, options.spp, options.reference_spp, options.json)
+            counts = {name: getattr(options, name) for name in ("size", "spp", "reference_spp", "steps")}
+            bench_lbf_accuracy(options.scenes, **counts, path=options.json)
         else:
             bench_accuracy(options.scenes, options.size, options.spp, options.reference_spp)
     except SystemExit as leaving:
@@ -120,6 +121,7 @@ def _add_lbf(commands: argparse._SubParsersAction) -> argparse.ArgumentParser:
     errors.add_argument(
         "--reference-spp", type=_count(2), default=REFERENCE_SPP, help="of the reference (default 1024)"
     )
+    errors.add_argument("--steps", type=_count(1), default=STEPS, help=f"of the oracle's descent (default {STEPS})")
     for parser in (times, errors):
         parser.add_argument("--json", type=_json_path, metavar="FILE.json", help="write the numbers there, too")
     return errors
@@ -186,13 +188,13 @@ def bench_lbf(size: int, spp: int, radius: int, repeats: int, path: Path | None 
 
 
 def bench_lbf_accuracy(
-    scenes: Sequence[str], size: int, spps: Sequence[int], reference_spp: int, path: Path | None = None
+    scenes: Sequence[str], *, size: int, spp: Sequence[int], reference_spp: int, steps: int, path: Path | None = None
 ) -> None:
     """Print relMSE of learning-based filtering and of everybody it is measured by."""
     scenes = check_names(scenes, scene_names(), "scenes")
-    found = accuracy_of_lbf(scenes, size, reference_spp, spps=spps)
+    found = accuracy_of_lbf(scenes, size, reference_spp, spps=spp, steps=steps)
     print("\n".join(lbf_accuracy_lines(found, scenes, size, reference_spp)), flush=True)
-    _keep(path, {"size": size, "reference_spp": reference_spp, "relmse": found})
+    _keep(path, {"size": size, "reference_spp": reference_spp, "steps": steps, "relmse": found})
 
 
 def _keep(path: Path | None, numbers: Mapping[str, object]) -> None:

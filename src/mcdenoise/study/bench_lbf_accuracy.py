@@ -26,7 +26,7 @@ from mcdenoise.study.bench_rpf_accuracy import GEOMETRIC, geometric_mean
 from mcdenoise.study.methods import METHODS
 from mcdenoise.study.tune import tune
 
-SPP, STEPS = (4, 8), 40
+STEPS = 40  # of the oracle
 TUNED = ("cross_bilateral", "cross_bilateral_prefiltered")
 RPF, OIDN = METHODS["rpf"].label, "Intel OIDN"
 WAY = 0.6  # target: share of the way to the oracle
@@ -104,7 +104,7 @@ def measure_errors(scenes: Sequence[str | ToyScene], size: int, spp: int, refere
 
 
 def accuracy_of_lbf(
-    scenes: Sequence[str], size: int, reference_spp: int, *, spps: Sequence[int] = SPP, steps: int = STEPS
+    scenes: Sequence[str], size: int, reference_spp: int, *, spps: Sequence[int], steps: int
 ) -> dict[int, Errors]:
     """Spp -> errors, of the toy scenes and of the scene from outside."""
     return {spp: measure_errors([*scenes, CORNELL], size, spp, reference_spp, steps) for spp in spps}

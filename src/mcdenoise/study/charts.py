@@ -18,9 +18,11 @@ from mcdenoise.samples.storage import write_beside
 from mcdenoise.study.compare import REPEATS, Comparison, Result
 from mcdenoise.study.display import error_colours, error_scale, tone_map
 
-# Paul Tol's "bright" scheme, then two of his "vibrant" and "muted": distinguishable with any colour vision.
-COLOURS = ("#4477AA", "#EE6677", "#228833", "#AA3377", "#66CCEE", "#CCBB44", "#EE7733", "#332288")
-MARKERS = ("o", "s", "^", "D", "v", "P", "*", "X")
+# Paul Tol's "bright" scheme, then some of his "vibrant" and "muted": distinguishable with any colour vision.
+COLOURS = (
+    "#4477AA", "#EE6677", "#228833", "#AA3377", "#66CCEE", "#CCBB44", "#EE7733", "#332288", "#CC3311", "#009988",
+)  # fmt: skip
+MARKERS = ("o", "s", "^", "D", "v", "P", "*", "X", "p", "<")
 GREY = "#777777"
 CROP_COLOURS = ("#FFD700", "#00E5FF")
 MANY_DECADES = 1e3  # from end to end of an axis: beyond, numbers at 2 and 5 would touch

@@ -4,8 +4,9 @@
 
 Two sweeps on random scenes. The first is over architectures, trained as the model of the package is: with groups of features
 left out at random. The second takes away one group of features at a time, from filter and network, with nothing else left
-out; "without colour" takes away only what the network sees of the colour. Folds are cut by scene, so every error is that of
-scenes which the model has not seen; of the scenes it may see, a quarter says when to stop.
+out; "without albedo" colours are not divided by it either, "without colour" takes away only what the network sees of it.
+Folds are cut by scene, so every error is that of scenes which the model has not seen; of the scenes it may see, a quarter
+says when to stop.
 
 The error of an image is its relMSE after the filter over that before: 1 is no filter at all. A fold's error is the mean over
 its scenes and their spp. All of it takes some 20 minutes on 2 cores; each candidate is written down when it is done, and a

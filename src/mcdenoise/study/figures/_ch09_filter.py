@@ -19,6 +19,7 @@ from mcdenoise.study.figures._ch09_data import (
     PLACE_COLOURS,
     PLACES,
     PURPLE,
+    VARIANTS,
     analysis,
     bandwidth_scale,
     effective,
@@ -232,11 +233,10 @@ def first_look() -> tuple[Figure, dict]:
         off = error(image, "dof")
         picture(axes, image, title if image is reference("dof") else f"{title}\n{off:.4f}")
         errors.append(off)
-    return figure, dict(zip(("noisy", "cross_bilateral", "nlm"), errors, strict=False)) | {
-        "sigma_colour": sigma_colour()
-    }
+    numbers = dict(zip(("noisy", "cross_bilateral", "nlm"), errors, strict=False))
+    return figure, numbers | {f"beta_{variant}": beta(variant) for variant in VARIANTS}
 
 
-def sigma_colour() -> float:
-    """Bandwidth of colour of the cross-bilateral model; the median where it is predicted."""
-    return float(np.median(sigma(analysis("dof").theta["colour"])))
+def beta(variant: str) -> float:
+    """Bandwidth of colour that a model chooses for dof, the median over the pixels."""
+    return float(np.median(sigma(analysis("dof", variant).theta["colour"])))

@@ -73,7 +73,7 @@ def other_noise() -> dict[str, float]:
     thetas = {"oracle": found.theta[rows], "shared": np.broadcast_to(found.shared_theta, layer.shape)}
     thetas |= {"together": together, "model": fresh}
     errors = {name: error_in_rows(layer.forward(theta)[0], "dof") for name, theta in thetas.items()}
-    return errors | {"together_own": own, "noisy": error_in_rows(layer.primary.colour, "dof")}
+    return errors | {"together_own": own, "noisy": error_in_rows(layer.noisy, "dof")}
 
 
 def best_together() -> tuple[np.ndarray, float]:

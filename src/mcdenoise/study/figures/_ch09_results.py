@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from mcdenoise.filters import gaussian
 from mcdenoise.lbf import lbf_analysis, shipped_model
+from mcdenoise.lbf.distances import LEAST_VARIANCE
 from mcdenoise.lbf.primary import GROUPS
 from mcdenoise.samples import pixel_mean
 from mcdenoise.study.figures._ch04_data import error, log_axis, picture, plain, samples
@@ -176,18 +177,19 @@ def _dots(axes: Axes, rows: dict[str, dict[str, float]]) -> None:
 
 
 @cache
-def sweep() -> dict[int, tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Spp -> noisy and filtered images of dof, and the map of alpha; parts of one capture of 16 spp."""
+def sweep() -> dict[int, tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+    """Spp -> noisy and filtered dof, map of alpha, and where the texture has no noise; parts of one capture of 16 spp."""
     found, buffer = {}, samples("dof", SWEEP[-1])
     for spp in SWEEP:
         part = buffer.subset(0, spp)
         of = lbf_analysis(part)
-        found[spp] = (pixel_mean(part.radiance), of.image, of.bandwidths["albedo"])
+        quiet = of.primary.variances["albedo"].max(axis=-1) <= LEAST_VARIANCE
+        found[spp] = (pixel_mean(part.radiance), of.image, of.bandwidths["position"], quiet)
     return found
 
 
 def slider_spp() -> tuple[Slider, dict]:
-    """Samples per pixel: input, output, the map of the texture's bandwidth, and the errors."""
+    """Samples per pixel: input, output, the map of alpha, and the errors."""
     images = sweep()
     errors = {name: [error(one[k], "dof") for one in images.values()] for k, name in enumerate(("noisy", "filtered"))}
 
@@ -196,7 +198,7 @@ def slider_spp() -> tuple[Slider, dict]:
         grid = figure.subplots(1, 4, width_ratios=(1, 1, 1, 1.25))
         picture(grid[0], images[spp][0], f"input, {spp} spp")
         picture(grid[1], images[spp][1], "LBF, cross-bilateral")
-        bandwidth_picture(grid[2], images[spp][2], symbol("albedo"))
+        bandwidth_picture(grid[2], images[spp][2], symbol("position"))
         for name, colour in (("noisy", "#777777"), ("filtered", RED)):
             grid[3].plot(SWEEP, errors[name], "o-", color=colour, label=name, markersize=4)
             grid[3].plot(spp, errors[name][SWEEP.index(spp)], "o", color=colour, markersize=10, fillstyle="none")
@@ -207,14 +209,14 @@ def slider_spp() -> tuple[Slider, dict]:
         grid[3].legend(frameon=False, fontsize=8.5)
         return figure
 
-    power = {name: -float(np.polyfit(np.log(SWEEP[1:]), np.log(one[1:]), 1)[0]) for name, one in errors.items()}
+    power = {name: -float(np.polyfit(np.log(SWEEP[2:]), np.log(one[2:]), 1)[0]) for name, one in errors.items()}
     worth = [errors["noisy"][0] / one for one in errors["filtered"]]  # error of Monte Carlo goes as 1 / spp
     gains = [a / b for a, b in zip(errors["noisy"], errors["filtered"], strict=True)]
-    return slider(draw, title="dof: more samples, narrower bandwidths", start=4, spp=SWEEP), {
+    return slider(draw, title="dof with 1 to 16 samples a pixel", start=4, spp=SWEEP), {
         "spp": SWEEP,
         **errors,
         "power": power,
         "worth": worth,
         "gains": gains,
-        "gamma_albedo": [float(np.median(one[2][56:84, 56:80])) for one in images.values()],
+        "missed": [100 * one[3][~images[SWEEP[-1]][3]].mean() for one in images.values()],
     }
