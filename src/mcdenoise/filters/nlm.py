@@ -191,6 +191,7 @@ def patch_distance(
     patch_radius: int,
     k: float,
     cancellation: float = 1.0,
+    limit: float = LIMIT,
 ) -> np.ndarray:
     """d^2 >= 0 between the patch of each pixel of `here` and that of the pixel of `there` which it meets.
 
@@ -214,7 +215,7 @@ def patch_distance(
     excess = square - cancellation * (own + np.minimum(own, other))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         distance = excess / (np.float64(k) ** 2 * (own + other))
-    distance = np.clip(np.nan_to_num(distance, nan=0.0), -LIMIT, LIMIT)  # 0 / 0: equal, and without noise
+    distance = np.clip(np.nan_to_num(distance, nan=0.0), -limit, limit)  # 0 / 0: equal, and without noise
     return np.maximum(box_mean(distance, patch_radius), 0.0)
 
 

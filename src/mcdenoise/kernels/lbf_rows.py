@@ -7,7 +7,7 @@ import numpy as np
 from mcdenoise.kernels.jit import kernel
 from mcdenoise.kernels.rows import ZERO, exp2
 
-LIMIT = np.float32(1e4)  # as filters.nlm.LIMIT
+LIMIT = np.float32(1e6)  # as lbf.distances.PATCH_LIMIT
 NOTHING, THIRD = np.float32(0), np.float32(1 / 3)
 
 

@@ -77,7 +77,8 @@ def lbf(
     Notes
     -----
     With 1 spp there is no variance within pixels: differences between neighbours stand in for it, which widens the
-    filter at edges. Without noise every distance is divided by almost nothing: the image hardly changes.
+    filter at edges. Without noise every distance is divided by almost nothing: the image hardly changes. A model that
+    divides by the albedo averages colour / albedo, so a pixel may come out brighter than any of its neighbours.
 
     References
     ----------

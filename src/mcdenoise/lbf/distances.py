@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from mcdenoise.lbf.layer import FilterLayer
 
 COLOUR_EPSILON = 1e-10  # radiance squared
+PATCH_LIMIT = 1e6  # of the distance of two pixels: one firefly in a patch of 49 must count, with a small theta too
 LEAST_VARIANCE = 1e-4  # of a feature, unit of the feature squared
 
 
@@ -39,7 +40,9 @@ def offset_distances(layer: FilterLayer, dy: int, dx: int, here: tuple, there: t
     primary = layer.primary
     colour, spread = primary.colour.astype(np.float64), primary.colour_variance.astype(np.float64) + COLOUR_EPSILON / 2
     if layer.variant == "nlm":
-        of_colour = patch_distance(colour, spread.mean(axis=-1), here, there, layer.patch_radius, k=1.0)
+        of_colour = patch_distance(
+            colour, spread.mean(axis=-1), here, there, layer.patch_radius, k=1.0, limit=PATCH_LIMIT
+        )
     else:
         of_colour = np.sum((colour[here] - colour[there]) ** 2 / (spread[here] + spread[there]), axis=-1)
     found = [np.full(of_colour.shape, float(dy**2 + dx**2)), of_colour]

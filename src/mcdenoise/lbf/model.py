@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from mcdenoise.lbf.layer import LARGEST_THETA, PATCH_RADIUS, RADIUS, FilterLayer
+from mcdenoise.lbf.layer import LARGEST_THETA, PATCH_RADIUS, RADIUS, VARIANTS, FilterLayer
 from mcdenoise.lbf.primary import GROUPS, Primary
 from mcdenoise.lbf.secondary import COLOUR, secondary_features, secondary_names
 from mcdenoise.lbf.untextured import untextured
 from mcdenoise.nn import MLP, Softplus
-from mcdenoise.samples.gate import check_bandwidth, check_names
+from mcdenoise.samples.gate import check_bandwidth, check_choice, check_count, check_names
 
 # theta = 1 / (2 sigma^2) at the start of a training: a bell of 5 pixels, and features that differ by 2 deviations.
 START = {"position": 0.02, "colour": 0.01} | dict.fromkeys(GROUPS, 0.12)
@@ -71,6 +71,11 @@ class LBFModel:
             )
         if not isinstance(self.network.layers[-1], Softplus):
             raise ValueError("The network must end in Softplus: an inverse bandwidth is never negative.")
+        check_choice(self.variant, VARIANTS, "variant")
+        for name in ("radius", "patch_radius"):
+            check_count(getattr(self, name), name, least=0)
+        if np.min(self.scale) < 0:
+            raise ValueError(f"scale must not be negative anywhere, got {np.min(self.scale):g}.")
         for name in ("mean", "scale"):
             if np.shape(getattr(self, name)) != (inputs,):
                 raise ValueError(f"{name} must have shape {(inputs,)}, got {np.shape(getattr(self, name))}.")

@@ -38,7 +38,7 @@ class TrainConfig:
     hidden : widths of the hidden layers
     colour_theta : theta of the colour's distance, the same everywhere (0.01 in the paper); None: predicted
     radius, patch_radius : of the filter
-    training_radius : of its window while it is trained: a quarter of the cost; the bells that it learns are narrower
+    training_radius : of its window while it is trained: less than half the cost; the bells it learns are narrower
     sees_colour : show the network secondary features of the colour, too
     divides_albedo : filter colours that are divided by the albedo
     drop : leave out groups at random, so that the model serves scenes which lack them
@@ -245,7 +245,7 @@ def _example(model: LBFModel, one: _Drawn) -> Example:
 
 def _insist(value: float, at: Progress, unfiltered: float, best: LBFModel, optimizer: RPROP) -> None:
     """Stop where filtering is worse than not to filter: the step is too long."""
-    if value < unfiltered:
+    if np.isfinite(value) and (value < unfiltered or not at.losses):  # before the first step no step can be too long
         return
     left = Training(best.network, np.array(at.losses), np.array([loss for _, loss in at.validation]), at.best_epoch)
     raise Diverged(

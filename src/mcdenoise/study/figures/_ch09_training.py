@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
@@ -40,6 +41,7 @@ RADIUS, HIDDEN = 13, 10
 LEARNT, WATCHED = "dof", "pinhole"  # scenes with the same groups of features
 GALLERY = (0, 1, 2, 4, 5, 6, 7, 8)  # seeds of training scenes
 CAPACITY = FOLDER.parents[1] / "lectures" / "figures" / "ch09_capacity.json"
+TRIALS = CAPACITY.with_name("ch09_trials.json")
 
 
 def training_scenes() -> tuple[Figure, dict]:
@@ -188,5 +190,31 @@ def capacity() -> tuple[Figure, dict]:
         "without": {name.removeprefix("without "): found.harm(name)[0] for name in found.groups if name != ALL},
         "spread": {name.removeprefix("without "): found.harm(name)[1] for name in found.groups if name != ALL},
         "all_groups": found.groups[ALL].mean,
+        "shipped": len(shipped_model().network.parameters["bias_1"]),
     }
     return differences_figure(found), numbers
+
+
+def trials() -> tuple[Figure, dict]:
+    """What closes the gap, from the stored trainings: relMSE on the toy scenes, one bar a model."""
+    found = json.loads(TRIALS.read_text(encoding="utf-8"))
+    figure = Figure(figsize=(9, 3.2), layout="constrained")
+    axes = figure.subplots()
+    places = np.arange(len(found))[::-1]
+    for spp, away, colour in (("4", 0.18, "#4477AA"), ("8", -0.18, "#EE6677")):
+        errors = [one["toys"][spp] for one in found.values()]
+        axes.barh(places + away, errors, 0.34, color=colour, label=f"{spp} spp")
+        for place, one in zip(places + away, errors, strict=True):
+            axes.text(one, place, f" {one:.4f}", va="center", fontsize=9)
+    axes.set_yticks(places, [f"{one['words']} ({one['scenes']})" for one in found.values()])
+    axes.set(title="Short trainings, judged on the toy scenes (in brackets: scenes to learn from)")
+    axes.set(xlabel="relMSE, geometric mean over five scenes", xlim=(0, 1.12 * max(found["paper"]["toys"].values())))
+    axes.legend(frameon=False, loc="lower right")
+    axes.grid(color="#e5e5e5", axis="x")
+    axes.set_axisbelow(True)
+    numbers = {
+        name: {"scenes": one["scenes"], "validation": one["validation"]}
+        | {f"spp_{spp}": error for spp, error in one["toys"].items()}
+        for name, one in found.items()
+    }
+    return figure, numbers

@@ -7,7 +7,13 @@ from mcdenoise.study.figures._ch09_limits import despike, limits
 from mcdenoise.study.figures._ch09_oracle import oracle
 from mcdenoise.study.figures._ch09_pixel import covariance, terms
 from mcdenoise.study.figures._ch09_results import methods, results, slider_spp, theta_maps
-from mcdenoise.study.figures._ch09_training import CAPACITY, capacity, slider_learning, training, training_scenes
+from mcdenoise.study.figures._ch09_training import (
+    capacity,
+    slider_learning,
+    training,
+    training_scenes,
+    trials,
+)
 
 FIGURES = {
     "first_look": first_look,
@@ -23,11 +29,12 @@ FIGURES = {
     "training_scenes": training_scenes,
     "training": training,
     "slider_learning": slider_learning,
-    **({"capacity": capacity} if CAPACITY.exists() else {}),
+    "capacity": capacity,
     "results": results,
     "theta_maps": theta_maps,
     "methods": methods,
     "slider_spp": slider_spp,
     "despike": despike,
     "limits": limits,
+    "trials": trials,
 }
