@@ -207,9 +207,11 @@ def trials() -> tuple[Figure, dict]:
         for place, one in zip(places + away, errors, strict=True):
             axes.text(one, place, f" {one:.4f}", va="center", fontsize=9)
     axes.set_yticks(places, [f"{one['words']} ({one['scenes']})" for one in found.values()])
-    axes.set(title="Short trainings, judged on the toy scenes (in brackets: scenes to learn from)")
-    axes.set(xlabel="relMSE, geometric mean over five scenes", xlim=(0, 1.12 * max(found["paper"]["toys"].values())))
-    axes.legend(frameon=False, loc="lower right")
+    figure.suptitle(
+        "Short trainings, judged on the toy scenes (in brackets: how many scenes to learn from)", fontsize=11
+    )
+    axes.set(xlabel="relMSE, geometric mean over five scenes", xlim=(0, 1.3 * max(found["paper"]["toys"].values())))
+    axes.legend(frameon=False, loc="center right")
     axes.grid(color="#e5e5e5", axis="x")
     axes.set_axisbelow(True)
     numbers = {
