@@ -2,33 +2,11 @@
 
 import numpy as np
 
-from mcdenoise.classroom import Finding, as_numbers, assert_matches, graded, name_mistake
+from mcdenoise.classroom import Finding, as_numbers, as_parts, assert_matches, central_differences, graded, name_mistake
 
 
 def _short(values):
     return np.array2string(np.asarray(values), precision=3, separator=", ", threshold=12).replace("\n", "")
-
-
-def _several(found, names):
-    """The parts of an answer of several arrays."""
-    if found is None:
-        raise Finding("nothing came back (None): is the `return` missing?")
-    if not isinstance(found, (tuple, list)) or len(found) != len(names):
-        raise Finding(f"{len(names)} arrays are needed, {', '.join(names)}, in this order; something else came back.")
-    return found
-
-
-def _slope(function, x, step=1e-5):
-    """Central differences of a function of arrays to one number, with respect to every entry of x."""
-    slopes = np.zeros(x.shape)
-    for place in np.ndindex(x.shape):
-        ends = []
-        for sign in (1, -1):
-            moved = x.copy()
-            moved[place] += sign * step
-            ends.append(function(moved))
-        slopes[place] = (ends[0] - ends[1]) / (2 * step)
-    return slopes
 
 
 # --- used_twice
@@ -144,7 +122,7 @@ def _batch():
 def test_gradient_of_the_input_of_a_layer(impl):
     "d_x: each input is used by all outputs, dE/dx_t = sum over s of d_y_s w_{s,t}; each row for itself."
     d_y, x, weight = _batch()
-    found = _several(impl(d_y, x, weight), GRADIENTS)[0]
+    found = as_parts(impl(d_y, x, weight), GRADIENTS)[0]
     expected = np.array([[_dot(row, column) for column in weight.T] for row in d_y])
     total = np.broadcast_to(weight.sum(axis=0), expected.shape)
     mistakes = {
@@ -159,7 +137,7 @@ def test_gradient_of_the_input_of_a_layer(impl):
     name_mistake(found, expected, mistakes, "d_x")
     assert_matches(found, expected, "d_x")
     x, square = x[:, :2], weight[:, :2]  # square: nothing stops a matrix that is the wrong way round
-    found = _several(impl(d_y, x, square), GRADIENTS)[0]
+    found = as_parts(impl(d_y, x, square), GRADIENTS)[0]
     expected = np.array([[_dot(row, column) for column in square.T] for row in d_y])
     wrong = {
         "the weight is the wrong way round (transposed): sum over the outputs s, the rows of the weight": np.array(
@@ -174,7 +152,7 @@ def test_gradient_of_the_input_of_a_layer(impl):
 def test_gradient_of_the_weight_of_a_layer(impl):
     "d_weight: all rows of the batch used the same weight, dE/dw_{s,t} = sum over the rows of d_y_s x_t."
     d_y, x, weight = _batch()
-    found = _several(impl(d_y, x, weight), GRADIENTS)[1]
+    found = as_parts(impl(d_y, x, weight), GRADIENTS)[1]
     each = np.array([[[float(d * one) for one in inputs] for d in row] for row, inputs in zip(d_y, x, strict=True)])
     expected = each.sum(axis=0)
     mistakes = {
@@ -200,7 +178,7 @@ def test_gradient_of_the_weight_of_a_layer(impl):
     name_mistake(found, expected, mistakes, "d_weight")
     assert_matches(found, expected, "d_weight")
     x, square = x[:, :2], weight[:, :2]  # square: nothing stops a matrix that is the wrong way round
-    found = _several(impl(d_y, x, square), GRADIENTS)[1]
+    found = as_parts(impl(d_y, x, square), GRADIENTS)[1]
     mistakes = {"transposed: row s belongs to output s": expected[:, :2].T}
     name_mistake(found, expected[:, :2], mistakes, "d_weight, square")
     assert_matches(found, expected[:, :2], "d_weight, square")
@@ -210,7 +188,7 @@ def test_gradient_of_the_weight_of_a_layer(impl):
 def test_gradient_of_the_bias_of_a_layer(impl):
     "d_bias: all rows of the batch used the same bias, so it is the sum of d_y over the rows."
     d_y, x, weight = _batch()
-    found, expected = _several(impl(d_y, x, weight), GRADIENTS)[2], np.array([2.0, 3.5])
+    found, expected = as_parts(impl(d_y, x, weight), GRADIENTS)[2], np.array([2.0, 3.5])
     mistakes = {
         "the sum over the batch is missing": d_y,
         "the mean over the batch: a value that is used n times gets the sum": expected / 3,
@@ -235,11 +213,11 @@ def test_the_layer_agrees_with_finite_differences(impl):
         x, weight, bias = rng.normal(size=(n, d_in)), rng.normal(size=(d_out, d_in)), rng.normal(size=d_out)
         d_y = rng.normal(size=(n, d_out))
         expected = (
-            _slope(lambda one, w=weight, b=bias, d=d_y: np.sum(d * _layer(one, w, b)), x),
-            _slope(lambda one, x=x, b=bias, d=d_y: np.sum(d * _layer(x, one, b)), weight),
-            _slope(lambda one, x=x, w=weight, d=d_y: np.sum(d * _layer(x, w, one)), bias),
+            central_differences(lambda one, w=weight, b=bias, d=d_y: np.sum(d * _layer(one, w, b)), x),
+            central_differences(lambda one, x=x, b=bias, d=d_y: np.sum(d * _layer(x, one, b)), weight),
+            central_differences(lambda one, x=x, w=weight, d=d_y: np.sum(d * _layer(x, w, one)), bias),
         )
-        for one, right, name in zip(_several(impl(d_y, x, weight), GRADIENTS), expected, GRADIENTS, strict=True):
+        for one, right, name in zip(as_parts(impl(d_y, x, weight), GRADIENTS), expected, GRADIENTS, strict=True):
             assert_matches(one, right, f"{name} for {n} rows, {d_in} to {d_out}", rtol=1e-6, atol=1e-7)
 
 
@@ -278,7 +256,7 @@ def test_the_sigmoid_agrees_with_finite_differences(impl):
     rng = np.random.default_rng(8)
     for n, d in ((1, 1), (3, 3), (20, 4)):
         x, d_y = rng.normal(size=(n, d)) * 2, rng.normal(size=(n, d))
-        expected = _slope(lambda one, d_y=d_y: np.sum(d_y / (1 + np.exp(-one))), x)
+        expected = central_differences(lambda one, d_y=d_y: np.sum(d_y / (1 + np.exp(-one))), x)
         assert_matches(impl(d_y, 1 / (1 + np.exp(-x))), expected, f"d_x of {n} rows of {d}", atol=1e-8)
     assert_matches(impl(np.full((1, 2), 7.0), np.array([[0.0, 1.0]])), np.zeros((1, 2)), "d_x at s = 0 and s = 1")
 
@@ -345,7 +323,7 @@ def test_softplus_agrees_with_finite_differences(impl):
     rng = np.random.default_rng(9)
     for n, d in ((1, 1), (4, 2), (30, 3)):
         x, d_y = 3 * rng.normal(size=(n, d)), rng.normal(size=(n, d))
-        expected = _slope(lambda one, d_y=d_y: np.sum(d_y * np.logaddexp(0, one)), x)
+        expected = central_differences(lambda one, d_y=d_y: np.sum(d_y * np.logaddexp(0, one)), x)
         assert_matches(impl(d_y, x), expected, f"d_x of {n} rows of {d}", atol=1e-8)
     x = np.geomspace(1e-3, 1e5, 60)[np.newaxis]
     both = np.asarray(impl(np.ones_like(x), x)) + np.asarray(impl(np.ones_like(x), -x))
@@ -424,7 +402,7 @@ def test_the_relative_error_agrees_with_finite_differences(impl):
             return np.sum(spp / 2 * (one - reference) ** 2 / (reference**2 + epsilon))
 
         found = impl(filtered, reference, spp, epsilon)
-        assert_matches(found, _slope(error, filtered), f"dE/dc_hat of {n} pixels", rtol=1e-6, atol=1e-6)
+        assert_matches(found, central_differences(error, filtered), f"dE/dc_hat of {n} pixels", rtol=1e-6, atol=1e-6)
 
 
 # --- five_faults
@@ -464,7 +442,7 @@ def _assert_kink(impl, weight, bias, what):
     assert np.isfinite(x).all(), f"{what}: the row must be finite."
     inside = x @ weight.T + bias
     right = (inside > 0) @ weight
-    measured = _slope(lambda one: np.sum(np.maximum(one @ weight.T + bias, 0)), x, step=6e-6)
+    measured = central_differences(lambda one: np.sum(np.maximum(one @ weight.T + bias, 0)), x, step=6e-6)
     off = np.linalg.norm(measured - right) / max(np.linalg.norm(measured), np.linalg.norm(right), 1e-300)
     if off > 1e-3:
         return
@@ -502,7 +480,7 @@ RPROP = ("the parameter", "the sign", "the step")
 
 def _assert_step(impl, given, expected, mistakes, case):
     """The three results, with the mistakes of each by name: (which, words) -> value."""
-    found = _several(impl(*given), RPROP)
+    found = as_parts(impl(*given), RPROP)
     for which in (2, 1, 0):  # a wrong step makes a wrong parameter
         named = {words: value for (place, words), value in mistakes.items() if place == which}
         name_mistake(found[which], expected[which], named, f"{case}: {RPROP[which]}")
@@ -593,7 +571,7 @@ def test_rprop_over_several_steps(impl):
         numbers = [[float(a), 0.0, 0.1] for a in parameter.ravel()]
         for turn in range(20):
             gradient = np.round(parameter - 0.3, 1) * rng.choice([1.0, 1.0, 0.0, -1.0], shape)
-            parameter, sign, step = _several(impl(parameter, gradient, sign, step, 1.3, 0.4, 0.01, 0.5), RPROP)
+            parameter, sign, step = as_parts(impl(parameter, gradient, sign, step, 1.3, 0.4, 0.01, 0.5), RPROP)
             for one, slope in zip(numbers, gradient.ravel().tolist(), strict=True):
                 _walk_one(one, slope)
             for found, place in ((step, 2), (sign, 1), (parameter, 0)):

@@ -2,29 +2,7 @@
 
 import numpy as np
 
-from mcdenoise.classroom import Finding, as_numbers, assert_matches, graded, name_mistake
-
-
-def _several(found, names):
-    """The parts of an answer of several arrays."""
-    if found is None:
-        raise Finding("nothing came back (None): is the `return` missing?")
-    if not isinstance(found, (tuple, list)) or len(found) != len(names):
-        raise Finding(f"{len(names)} things are needed, {', '.join(names)}, in this order; something else came back.")
-    return found
-
-
-def _slope(function, x, step=1e-5):
-    """Central differences of a function of arrays to one number, with respect to every entry of x."""
-    slopes = np.zeros(x.shape)
-    for place in np.ndindex(x.shape):
-        ends = []
-        for sign in (1, -1):
-            moved = x.copy()
-            moved[place] += sign * step
-            ends.append(function(moved))
-        slopes[place] = (ends[0] - ends[1]) / (2 * step)
-    return slopes
+from mcdenoise.classroom import Finding, as_numbers, as_parts, assert_matches, central_differences, graded, name_mistake
 
 
 def _weights(theta, distances):
@@ -68,7 +46,7 @@ FILTERED = ("filtered (3,)", "weights (n,)")
 def test_weights_of_one_pixel(impl):
     "w_j = exp(-sum over m of theta_m E_mj), not normalised: the pixel itself has the weight 1."
     theta, distances, colours = _pixel()
-    found = _several(impl(theta, distances, colours), FILTERED)[1]
+    found = as_parts(impl(theta, distances, colours), FILTERED)[1]
     expected, each = _weights(theta, distances), theta[:, np.newaxis] * distances
     mistakes = {
         "the sign of the exponent is wrong: what is far counts less": 1 / expected,
@@ -99,7 +77,7 @@ def test_weights_of_one_pixel(impl):
 def test_filtered_colour_of_one_pixel(impl):
     "c_hat = sum over j of w_j c_j / S, with S = sum over j of w_j; each channel with the same weights."
     theta, distances, colours = _pixel()
-    found = _several(impl(theta, distances, colours), FILTERED)[0]
+    found = as_parts(impl(theta, distances, colours), FILTERED)[0]
     weights = _weights(theta, distances)
     total, expected = (weights[:, np.newaxis] * colours).sum(axis=0), _filtered(theta, distances, colours)
     mistakes = {
@@ -123,7 +101,7 @@ def test_pixels_of_all_sizes(impl):
     rng = np.random.default_rng(3)
     for m, n in ((1, 1), (1, 5), (6, 2), (7, 49)):
         theta, distances, colours = _made_up(rng, m, n)
-        filtered, weights = _several(impl(theta, distances, colours), FILTERED)
+        filtered, weights = as_parts(impl(theta, distances, colours), FILTERED)
         assert_matches(weights, _weights(theta, distances), f"weights of {n} neighbours, {m} distances")
         assert_matches(filtered, _filtered(theta, distances, colours), f"c_hat of {n} neighbours, {m} distances")
         assert_matches(impl(0 * theta, distances, colours)[0], np.sum(colours, axis=0) / n, "c_hat, theta = 0")
@@ -178,7 +156,7 @@ def test_the_error_agrees_with_finite_differences(impl):
             return _error(one, reference, spp, epsilon)
 
         found = impl(filtered, reference, spp, epsilon)
-        assert_matches(found, _slope(error, filtered), f"dE/dc_hat at {spp} spp", rtol=1e-6, atol=1e-6)
+        assert_matches(found, central_differences(error, filtered), f"dE/dc_hat at {spp} spp", rtol=1e-6, atol=1e-6)
         assert_matches(impl(reference, reference, spp, epsilon), np.zeros(3), "dE/dc_hat where c_hat = c")
 
 
@@ -269,7 +247,10 @@ def test_the_filter_agrees_with_finite_differences(impl):
     for m, n in ((1, 1), (1, 4), (6, 2), (5, 25)):
         theta, distances, colours = _made_up(rng, m, n)
         expected = np.transpose(
-            [_slope(lambda one, q=q, e=distances, c=colours: float(_filtered(one, e, c)[q]), theta) for q in range(3)]
+            [
+                central_differences(lambda one, q=q, e=distances, c=colours: float(_filtered(one, e, c)[q]), theta)
+                for q in range(3)
+            ]
         )
         assert_matches(impl(theta, distances, colours), expected, f"dc_hat/dtheta, {m} of {n}", rtol=1e-6, atol=1e-8)
 
@@ -354,7 +335,7 @@ def test_the_link_agrees_with_finite_differences(impl):
     rng = np.random.default_rng(9)
     for shape in ((1,), (5, 3), (4, 6, 2)):
         z, d_theta = 2 * rng.normal(size=shape), rng.normal(size=shape)
-        expected = _slope(lambda one, d=d_theta: float(np.sum(d * np.log1p(np.exp(one)))), z)
+        expected = central_differences(lambda one, d=d_theta: float(np.sum(d * np.log1p(np.exp(one)))), z)
         assert_matches(impl(d_theta, np.log1p(np.exp(z))), expected, f"dE/dz of shape {shape}", atol=1e-8)
 
 
@@ -391,7 +372,8 @@ def _loss(weight, bias, x, distances, colours, reference, spp, epsilon):
 def _gradients(given):
     """dE/dweight and dE/dbias by differences."""
     return tuple(
-        _slope(lambda one, name=name: _loss(**(given | {name: one})), given[name], 2e-5) for name in ("weight", "bias")
+        central_differences(lambda one, name=name: _loss(**(given | {name: one})), given[name], 2e-5)
+        for name in ("weight", "bias")
     )
 
 
@@ -420,7 +402,7 @@ def test_error_of_some_pixels(impl):
         "softplus is missing between network and filter": _without_softplus(given),
         "the bias is missing": _loss(**(given | {"bias": np.zeros(3)})),
     }
-    found = _several(impl(*given.values()), CHAIN)[0]
+    found = as_parts(impl(*given.values()), CHAIN)[0]
     name_mistake(found, expected, mistakes, what)
     assert_matches(found, expected, what)
 
@@ -441,7 +423,7 @@ def test_gradients_of_the_network_through_the_filter(impl):
     theta = np.log1p(np.exp(given["x"] @ given["weight"].T + given["bias"]))
     slope = 1 - np.exp(-theta)
     d_z = np.array([one[1] for one in each])  # dE_i/db = dE_i/dz
-    found = _several(impl(*given.values()), CHAIN)
+    found = as_parts(impl(*given.values()), CHAIN)
     for place, name in ((2, "d_bias"), (1, "d_weight")):
         right = expected[place - 1]
         parts = np.array([one[place - 1] for one in each])
@@ -484,12 +466,12 @@ def test_the_chain_agrees_with_finite_differences(impl):
     rng = np.random.default_rng(13)
     for n, d, m, k in ((1, 1, 1, 2), (2, 4, 1, 3), (3, 1, 5, 4)):
         given = _batch(rng, n, d, m, k, spp=16, epsilon=0.03)
-        found = _several(impl(*given.values()), CHAIN)
+        found = as_parts(impl(*given.values()), CHAIN)
         assert_matches(found[0], _loss(**given), f"E of {n} pixels")
         for one, right, name in zip(found[1:], _gradients(given), CHAIN[1:], strict=True):
             assert_matches(one, right, f"{name} of {n} pixels, {d} inputs, {m} theta", rtol=1e-5, atol=1e-7)
     given["colours"][:] = given["reference"][:, np.newaxis]
-    assert_matches(_several(impl(*given.values()), CHAIN)[1], np.zeros((5, 1)), "d_weight where c_hat = c", atol=1e-9)
+    assert_matches(as_parts(impl(*given.values()), CHAIN)[1], np.zeros((5, 1)), "d_weight where c_hat = c", atol=1e-9)
 
 
 # --- one_epoch(parameters, state, data)
@@ -507,7 +489,7 @@ def _start(seed, step=0.1):
 
 def _epoch(impl, parameters, state, data):
     """What an epoch gives back, looked at from outside."""
-    found = _several(impl(parameters, state, data), EPOCH)
+    found = as_parts(impl(parameters, state, data), EPOCH)
     for part, name in zip(found[:2], EPOCH, strict=False):
         if not isinstance(part, dict) or set(part) != set(NAMES):
             raise Finding(
@@ -715,7 +697,7 @@ def test_errors_without_each_group(impl):
     "errors[m]: relMSE of all pixels if theta_m alone is 0, so that nobody asks group m; epsilon is 0.01."
     given = _paints(31)
     theta = given[0]
-    found, expected = _several(impl(*given), ABLATION)[0], _ablation(given)
+    found, expected = as_parts(impl(*given), ABLATION)[0], _ablation(given)
     only = np.array([_relmse(np.where(np.arange(3) == k, theta, 0), *given[1:]) for k in range(3)])
     more = np.array([_relmse(np.where(np.arange(3) > k, theta, 0), *given[1:]) for k in range(3)])
     strict = np.array([_relmse(np.where(np.arange(3) == k, 1e8, theta), *given[1:]) for k in range(3)])
@@ -739,7 +721,7 @@ def test_errors_without_each_group(impl):
 def test_the_group_that_matters_most(impl):
     "most: the index of the group without which the error is largest."
     given = _paints(32)
-    most, errors = _several(impl(*given), ABLATION)[1], _ablation(given)
+    most, errors = as_parts(impl(*given), ABLATION)[1], _ablation(given)
     if most is None or isinstance(most, str) or np.shape(most) != ():
         assert_matches(most, 1, "most")
     hints = {
@@ -762,7 +744,7 @@ def test_ablation_of_any_pixels(impl):
             np.array([p[2] for p in pixels]),
             rng.gamma(2, 0.3, (n, 3)),
         )
-        errors, most = _several(impl(*given), ABLATION)
+        errors, most = as_parts(impl(*given), ABLATION)
         expected = _ablation(given)
         assert_matches(errors, expected, f"relMSE without each of {m} groups")
         assert most == int(np.argmax(expected)), f"most of {m} groups is {int(np.argmax(expected))}, yours is {most}."
@@ -789,7 +771,7 @@ def _assert_blind(impl, noise, what):
     """No sigma is within 4 times the best error for both lights."""
     names = ("first light (h, w)", "second light (h, w)")
     lights = []
-    for light, name in zip(_several(impl(noise), names), names, strict=True):
+    for light, name in zip(as_parts(impl(noise), names), names, strict=True):
         values = as_numbers(light)
         if values is None or values.shape != noise.shape:
             assert_matches(light, np.zeros(noise.shape), f"{what}: the {name}")

@@ -1,8 +1,8 @@
-"""`name_mistake`: recognise a usual mistake by the numbers that it gives."""
+"""`name_mistake`: recognise a usual mistake by the numbers that it gives; and what tests of several chapters need beside it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -60,6 +60,49 @@ def as_numbers(found: object) -> np.ndarray | None:
     except ValueError:
         return None
     return values.astype(float) if values.dtype.kind in "biuf" else None
+
+
+def as_parts(found: object, names: Sequence[str]) -> Sequence[object]:
+    """The parts of an answer of several things.
+
+    Raises
+    ------
+    Finding
+        If nothing came back, or another number of parts.
+
+    Examples
+    --------
+    >>> as_parts((1, 2), ["d_x", "d_weight"])
+    (1, 2)
+    >>> as_parts(1, ["d_x", "d_weight"])
+    Traceback (most recent call last):
+    ...
+    mcdenoise.classroom.checking.finding.Finding: 2 things are needed, d_x, d_weight, in this order; something else came back.
+    """
+    if found is None:
+        raise Finding("nothing came back (None): is the `return` missing?")
+    if not isinstance(found, (tuple, list)) or len(found) != len(names):
+        raise Finding(f"{len(names)} things are needed, {', '.join(names)}, in this order; something else came back.")
+    return found
+
+
+def central_differences(function: Callable[[np.ndarray], float], x: np.ndarray, step: float = 1e-5) -> np.ndarray:
+    """Slopes of a function of arrays to one number, with respect to every entry of x.
+
+    Examples
+    --------
+    >>> central_differences(lambda x: x[0] * x[1], np.array([2.0, 3.0])).round(6)
+    array([3., 2.])
+    """
+    slopes = np.zeros(x.shape)
+    for place in np.ndindex(x.shape):
+        ends = []
+        for sign in (1, -1):
+            moved = x.copy()
+            moved[place] += sign * step
+            ends.append(function(moved))
+        slopes[place] = (ends[0] - ends[1]) / (2 * step)
+    return slopes
 
 
 def _same(values: np.ndarray, others: object) -> bool:
