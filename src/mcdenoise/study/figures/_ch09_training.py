@@ -17,6 +17,7 @@ from mcdenoise.nn import RPROP
 from mcdenoise.render import capture
 from mcdenoise.render.scenes.random_scene import random_kind, random_scene
 from mcdenoise.samples import pixel_mean
+from mcdenoise.study.capacity import capacity_figure
 from mcdenoise.study.figures._ch04_data import error, picture
 from mcdenoise.study.figures._ch09_data import (
     BLUE,
@@ -40,8 +41,8 @@ SHOWN = (0, 1, 2, 5, 10, 20, 40)  # epochs
 RADIUS, HIDDEN = 13, 10
 LEARNT, WATCHED = "dof", "pinhole"  # scenes with the same groups of features
 GALLERY = (0, 1, 2, 4, 5, 6, 7, 8)  # seeds of training scenes
-CAPACITY = FOLDER.parents[1] / "lectures" / "figures" / "ch09_capacity.json"
-TRIALS = CAPACITY.with_name("ch09_trials.json")
+CAPACITY = FOLDER.parents[1] / "lectures" / "figures" / "lbf_capacity.json"
+TRIALS = CAPACITY.with_name("lbf_trials.json")
 
 
 def training_scenes() -> tuple[Figure, dict]:
@@ -193,6 +194,12 @@ def capacity() -> tuple[Figure, dict]:
         "shipped": len(shipped_model().network.parameters["bias_1"]),
     }
     return differences_figure(found), numbers
+
+
+def capacity_sizes() -> tuple[Figure, dict]:
+    """Error and training time against the number of parameters, from the stored study."""
+    sweep = load_study(CAPACITY).architectures
+    return capacity_figure(sweep), {"plain_rule": sweep.candidates[sweep.chosen].label}
 
 
 def trials() -> tuple[Figure, dict]:

@@ -9,6 +9,7 @@ from mcdenoise.study.figures._ch09_pixel import covariance, terms
 from mcdenoise.study.figures._ch09_results import methods, results, slider_spp, theta_maps
 from mcdenoise.study.figures._ch09_training import (
     capacity,
+    capacity_sizes,
     slider_learning,
     training,
     training_scenes,
@@ -29,6 +30,7 @@ FIGURES = {
     "training_scenes": training_scenes,
     "training": training,
     "slider_learning": slider_learning,
+    "capacity_sizes": capacity_sizes,
     "capacity": capacity,
     "results": results,
     "theta_maps": theta_maps,
