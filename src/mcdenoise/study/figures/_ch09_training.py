@@ -41,7 +41,7 @@ SHOWN = (0, 1, 2, 5, 10, 20, 40)  # epochs
 RADIUS, HIDDEN = 13, 10
 LEARNT, WATCHED = "dof", "pinhole"  # scenes with the same groups of features
 GALLERY = (0, 1, 2, 4, 5, 6, 7, 8)  # seeds of training scenes
-CAPACITY = FOLDER.parents[1] / "lectures" / "figures" / "lbf_capacity.json"
+CAPACITY = FOLDER.parents[1] / "lectures" / "studies" / "lbf_capacity.json"
 TRIALS = CAPACITY.with_name("lbf_trials.json")
 
 
