@@ -82,6 +82,7 @@ def test_interrupted_and_resumed_it_ends_at_the_same_bits(scenes, tmp_path):
     resumed = train_lbf(TrainConfig(epochs=14, check=3, **QUICK), scenes, checkpoint=path, resume=True)
     assert same(whole.model.network, resumed.model.network)
     np.testing.assert_array_equal(whole.losses, resumed.losses)
+    np.testing.assert_array_equal(whole.validation, resumed.validation)
 
 
 def test_an_interruption_in_the_middle_loses_only_what_came_after_the_last_look(scenes, tmp_path, monkeypatch):

@@ -142,12 +142,15 @@ def train_lbf(
         at = Progress(network.parameters, optimizer.start(network.parameters), network.parameters)
 
     def look() -> None:
-        """Judge by the validation scenes, and write down where the training stands."""
+        """Judge by the validation scenes."""
         if not at.validation or at.validation[-1][0] < len(at.losses):
             value = judge.value(network.replace(at.parameters))
             if not at.validation or value < min(loss for _, loss in at.validation):
                 at.best, at.best_epoch = at.parameters, len(at.losses)
             at.validation.append((len(at.losses), value))
+
+    def keep() -> None:
+        """Write down where the training stands."""
         if checkpoint:
             save_checkpoint(at, identity, checkpoint)
 
@@ -156,6 +159,7 @@ def train_lbf(
         while len(at.losses) < config.epochs:
             if len(at.losses) % config.check == 0:
                 look()
+                keep()
                 if len(at.losses) - at.best_epoch >= config.patience * config.check:
                     break
             value, gradients = task.value_and_gradients(network.replace(at.parameters))
@@ -164,6 +168,7 @@ def train_lbf(
             at.losses.append(value)
             bar.set_postfix(loss=f"{value:.4f}", validation=f"{at.validation[-1][1]:.4f}")
             bar.update()
+        keep()  # before a look that a longer training would not take
         look()
     unfiltered = task.unfiltered, judge.unfiltered
     card = _card(config, data, scenes, at, unfiltered)
