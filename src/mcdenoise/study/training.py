@@ -45,7 +45,7 @@ def lines(done: LBFTraining) -> list[str]:
     >>> model = LBFModel.random(["albedo"], hidden=[2], rng=np.random.default_rng(0))
     >>> losses, seen = np.array([0.5, 0.4]), np.array([[0, 0.6], [2, 0.45]])
     >>> print("\\n".join(lines(LBFTraining(model, losses, seen, (1.0, 1.2)))))
-    24 parameters, 2 epochs; relative error n/2 sum_q, mean over pixels
+    41 parameters, 2 epochs; relative error n/2 sum_q, mean over pixels
       scenes       noisy     at the start  best      share of the noise left
       training       1.0000        0.5000    0.4000  40 %
       validation     1.2000        0.6000    0.4500  38 %
