@@ -15,7 +15,6 @@ from tqdm import tqdm
 from mcdenoise.lbf.primary import GROUPS, KEPT_BY_GROUP, Primary, primary_features
 from mcdenoise.render import capture, choose_variant, render_reference
 from mcdenoise.render.scenes.random_scene import random_scene
-from mcdenoise.samples import SampleBuffer
 from mcdenoise.samples.gate import check_count
 from mcdenoise.samples.storage import cache_folder, open_npz, write_npz
 
@@ -98,11 +97,8 @@ def scene_data(seed: int, config: DataConfig) -> SceneData:
     scene = random_scene(seed)
     samples = capture(scene, config.size, config.size, max(config.spp), seed, nonfinite="zero", progress=False)
     reference = render_reference(scene, config.size, config.size, config.reference_spp, seed, progress=False)
-    return SceneData(scene.name, tuple(_features(samples, *part) for part in subsets(config.spp)), reference)
-
-
-def _features(samples: SampleBuffer, start: int, stop: int) -> Primary:
-    return primary_features(samples.subset(start, stop))
+    primaries = tuple(primary_features(samples.subset(*part)) for part in subsets(config.spp))
+    return SceneData(scene.name, primaries, reference)
 
 
 def load_data(config: DataConfig, folder: Path | None = None) -> tuple[list[SceneData], list[SceneData]]:
@@ -173,10 +169,8 @@ def flip_axes(primary: Primary, rng: np.random.Generator) -> Primary:
     Which way an axis points is a convention, and no distance knows it; but the network sees means of positions and
     normals, and would learn by heart where things stand in the training scenes.
     """
-    turned = primary
     signs = np.where(rng.random(3) < 0.5, -1, 1).astype(np.float32)
-    for kind in ("raw", "features"):
-        arrays = dict(getattr(turned, kind))
+    kinds = {kind: dict(getattr(primary, kind)) for kind in ("raw", "features")}
+    for arrays in kinds.values():
         arrays |= {group: arrays[group] * signs for group in DIRECTED if group in arrays}
-        turned = replace(turned, **{kind: arrays})
-    return turned
+    return replace(primary, **kinds)

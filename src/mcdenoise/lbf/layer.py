@@ -18,7 +18,7 @@ VARIANTS = ("cross_bilateral", "nlm")
 RADIUS = 27  # a window of 55 x 55 pixels
 PATCH_RADIUS = 3
 LARGEST_THETA = 1e8
-LARGEST = 1e12  # magnitude up to which features and colours keep their unit: squares must stay in float32
+LARGEST = 1e12  # magnitude of a feature, beyond which it is cut off: squares must stay in float32
 
 Saved = tuple[np.ndarray, np.ndarray, np.ndarray]
 

@@ -99,7 +99,7 @@ class LBFModel:
         groups : names out of `GROUPS`. hidden : widths of the hidden layers (sigmoid). rng : where the weights come from.
         dtype : of the network. settings : the other attributes of `LBFModel`.
         """
-        inputs = len(_seen(groups, settings.get("sees_colour", True)))
+        inputs = len(seen_names(groups, settings.get("sees_colour", True)))
         probe = _predicted(groups, settings.get("colour_theta"))
         network = MLP.random([inputs, *hidden, len(probe)], output=Softplus(), rng=rng, gain=0.5, dtype=dtype)
         last = f"bias_{len(hidden) + 1}"
@@ -110,7 +110,7 @@ class LBFModel:
     @property
     def input_names(self) -> list[str]:
         """What the network sees."""
-        return _seen(self.groups, self.sees_colour)
+        return seen_names(self.groups, self.sees_colour)
 
     @property
     def outputs(self) -> tuple[str, ...]:
@@ -134,12 +134,15 @@ class LBFModel:
 
     def inputs(self, primary: Primary) -> np.ndarray:
         """What the network sees, (h, w, inputs) float32: normalised, 0 where the scene lacks a group."""
-        primary, _ = self.prepared(primary)
-        return self.normalise(secondary_features(primary, self.sees_colour), primary.groups)
+        return self.normalise(self.secondary(primary), self.known(primary).groups)
+
+    def secondary(self, primary: Primary) -> np.ndarray:
+        """Secondary features of what this model compares, (h, w, own inputs), not yet normalised."""
+        return secondary_features(self.prepared(primary)[0], self.sees_colour)
 
     def normalise(self, values: np.ndarray, groups: tuple[str, ...]) -> np.ndarray:
         """Secondary features (..., own inputs) of a scene with these groups as what the network sees, (..., inputs)."""
-        own = {name: k for k, name in enumerate(_seen(groups, self.sees_colour))}
+        own = {name: k for k, name in enumerate(seen_names(groups, self.sees_colour))}
         found = np.zeros((*values.shape[:-1], len(self.input_names)), np.float32)
         for k, name in enumerate(self.input_names):
             if name in own:
@@ -173,6 +176,6 @@ def _predicted(groups: tuple[str, ...] | list[str], colour_theta: float | None) 
     return ["position", *(["colour"] if colour_theta is None else []), *(g for g in GROUPS if g in groups)]
 
 
-def _seen(groups: tuple[str, ...] | list[str], colour: bool) -> list[str]:
+def seen_names(groups: tuple[str, ...] | list[str], colour: bool) -> list[str]:
     """Names of what the network sees."""
     return secondary_names([*groups, *[COLOUR] * colour])

@@ -16,10 +16,8 @@ from mcdenoise.lbf.checkpoint import Progress, load_checkpoint, save_checkpoint
 from mcdenoise.lbf.dataset import DataConfig, SceneData, drop_groups, flip_axes, load_data
 from mcdenoise.lbf.layer import PATCH_RADIUS, RADIUS, VARIANTS
 from mcdenoise.lbf.loss import Example, FilterLoss
-from mcdenoise.lbf.model import LBFModel
+from mcdenoise.lbf.model import LBFModel, seen_names
 from mcdenoise.lbf.primary import GROUPS, Primary
-from mcdenoise.lbf.secondary import COLOUR, secondary_features, secondary_names
-from mcdenoise.lbf.untextured import untextured
 from mcdenoise.nn import MLP, RPROP, Diverged, RelativeError, Training, loss_and_gradients
 from mcdenoise.samples.gate import check_choice, check_count
 
@@ -197,11 +195,11 @@ def _prepare(
     config: TrainConfig, train_scenes: Sequence[SceneData], validation_scenes: Sequence[SceneData]
 ) -> tuple[LBFModel, list[Example], list[Example]]:
     """Draw rows and groups, measure the inputs, and make the examples."""
-    drawn = [_draw(config, scenes, part) for part, scenes in enumerate((train_scenes, validation_scenes))]
     start = config.start()
+    drawn = [_draw(config, start, scenes, part) for part, scenes in enumerate((train_scenes, validation_scenes))]
     columns: dict[str, list[np.ndarray]] = {name: [] for name in start.input_names}
     for one in drawn[0]:
-        for k, name in enumerate(secondary_names([*one.primary.groups, *[COLOUR] * config.sees_colour])):
+        for k, name in enumerate(seen_names(one.primary.groups, config.sees_colour)):
             columns[name].append(one.values[..., k].ravel())
     if missing := [name for name, found in columns.items() if not found]:
         raise ValueError(f"No training scene has what {', '.join(missing)} are made of. Leave those groups out.")
@@ -221,7 +219,7 @@ class _Drawn(NamedTuple):
     reference: np.ndarray
 
 
-def _draw(config: TrainConfig, scenes: Sequence[SceneData], part: int) -> list[_Drawn]:
+def _draw(config: TrainConfig, model: LBFModel, scenes: Sequence[SceneData], part: int) -> list[_Drawn]:
     """For each image the features that it keeps, and the rows that count."""
     found, count = [], (config.rows, config.validation_rows)[part]
     for index, scene in enumerate(scenes):
@@ -234,9 +232,7 @@ def _draw(config: TrainConfig, scenes: Sequence[SceneData], part: int) -> list[_
             else:
                 primary = primary.select([group for group in config.groups if group in primary.groups])
             primary = flip_axes(primary, rng)
-            compared = untextured(primary)[0] if config.divides_albedo else primary
-            values = secondary_features(compared, config.sees_colour)[rows]
-            found.append(_Drawn(primary, rows, values, scene.reference))
+            found.append(_Drawn(primary, rows, model.secondary(primary)[rows], scene.reference))
     return found
 
 
