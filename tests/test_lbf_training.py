@@ -257,6 +257,12 @@ def test_the_command_trains_writes_and_resumes(tmp_path, capsys):
     path.write_bytes(path.read_bytes()[:999])
     again = load_data(DataConfig(scenes=2, validation=1, size=64, spp=(4, 8), reference_spp=16), data)[1][0]
     np.testing.assert_array_equal(whole.primaries[0].colour, again.primaries[0].colour)
+    # Scenes of another size are not taken for what was asked for, and not thrown away either.
+    with pytest.raises(
+        ValueError, match=r"was rendered with \{'size': 64, .*needed is \{'size': 32, .*Name another folder"
+    ):
+        load_data(DataConfig(scenes=2, validation=1, size=32, spp=(4, 8), reference_spp=16), data)
+    assert path.is_file()
 
 
 def test_the_command_refuses_in_one_line(tmp_path, capsys):

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -107,6 +108,11 @@ def load_data(config: DataConfig, folder: Path | None = None) -> tuple[list[Scen
     Parameters
     ----------
     folder : default: one in the cache folder, named after everything that the data depend on.
+
+    Raises
+    ------
+    ValueError
+        If `folder` holds scenes that were rendered with another size or other spp.
     """
     folder = folder or _shelf(config)
     folder.mkdir(parents=True, exist_ok=True)
@@ -127,34 +133,46 @@ def _load_or_render(seed: int, config: DataConfig, path: Path) -> SceneData:
     """One scene; a file that is not whole is made again."""
     if path.is_file():
         try:
-            return _load(path)
+            found, settings = _load(path)
         except ValueError:
             path.unlink()
+        else:
+            if settings != _settings(config):
+                raise ValueError(
+                    f"{path} was rendered with {settings}, needed is {_settings(config)}. Name another folder, or delete "
+                    f"this one."
+                )
+            return found
     found = scene_data(seed, config)
-    _save(found, path)
+    _save(found, config, path)
     return found
 
 
-def _save(data: SceneData, path: Path) -> None:
+def _settings(config: DataConfig) -> dict[str, Any]:
+    """What a scene's data depend on besides its seed, as JSON holds it."""
+    return {"size": config.size, "spp": list(config.spp), "reference_spp": config.reference_spp}
+
+
+def _save(data: SceneData, config: DataConfig, path: Path) -> None:
     """Write one scene."""
     arrays = {"reference": data.reference}
     for primary in data.primaries:
         arrays |= {f"{primary.spp}/{name}": getattr(primary, name) for name in ("colour", "colour_variance")}
         for kind in KEPT_BY_GROUP:
             arrays |= {f"{primary.spp}/{kind}/{group}": one for group, one in getattr(primary, kind).items()}
-    about = {"format": FORMAT, "name": data.name, "spp": [primary.spp for primary in data.primaries]}
-    write_npz(path, "Training data are", about | {"groups": data.primaries[0].groups}, arrays)
+    about = {"format": FORMAT, "name": data.name, "groups": data.primaries[0].groups, "settings": _settings(config)}
+    write_npz(path, "Training data are", about, arrays)
 
 
-def _load(path: Path) -> SceneData:
-    """Read one scene."""
+def _load(path: Path) -> tuple[SceneData, dict[str, Any]]:
+    """Read one scene, and the settings that it was rendered with."""
     with open_npz(path, "training data", "It is rendered again.") as stored:
         about = json.loads(str(stored["about"]))
         primaries = []
-        for spp in about["spp"]:
+        for spp in about["settings"]["spp"]:
             kinds = [{g: stored[f"{spp}/{kind}/{g}"] for g in about["groups"]} for kind in KEPT_BY_GROUP]
             primaries.append(Primary(stored[f"{spp}/colour"], stored[f"{spp}/colour_variance"], *kinds, spp=spp))
-        return SceneData(about["name"], tuple(primaries), stored["reference"])
+        return SceneData(about["name"], tuple(primaries), stored["reference"]), about["settings"]
 
 
 def drop_groups(primary: Primary, groups: Sequence[str], rng: np.random.Generator) -> Primary:
