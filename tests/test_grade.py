@@ -282,7 +282,8 @@ def test_a_student_who_wrote_nothing_is_said_in_two_words(tests):
 def test_the_solutions_of_a_chapter_get_full_points(number):
     """All that the tests hand over and get back crosses, and the answers need NumPy and the given modules alone."""
     (chapter,) = (one for one in read_chapters(ROOT) if one.number == number)
-    sources = [_with_reference(cell.source) for cell in chapter.cells if cell.kind == "code"]
+    cells = [cell for cell in chapter.cells if cell.kind == "code"]
+    sources = [_with_reference(cell.source) if cell.exercise else cell.source for cell in cells]
     grade = grade_submission("instructor", notebook(*sources), ".ipynb", ROOT / chapter.test_file, Limits())
     failed = [(test.test, test.message) for one in grade.exercises for test in one.outcomes if not test.passed]
     assert failed == []
@@ -290,12 +291,14 @@ def test_the_solutions_of_a_chapter_get_full_points(number):
 
 
 def _with_reference(source):
-    """The cell with the reference itself in place of its import: the whole module, or of nn and lbf that one function."""
-    found = re.search(r"^from mcdenoise\.(filters|rpf|nn|lbf)\.(?!window)(\w+) import (\w+).*$", source, re.MULTILINE)
+    """The cell with the reference itself in place of its import: the whole module, or of nn, lbf and study that one function."""
+    found = re.search(
+        r"^from mcdenoise\.(filters|rpf|nn|lbf|study)\.(?!window)(\w+) import (\w+).*$", source, re.MULTILINE
+    )
     if not found:
         return source
     room, module, name = found.groups()
-    if room in ("nn", "lbf"):  # their modules need others
+    if room in ("nn", "lbf", "study"):  # their modules need others
         text = inspect.getsource(getattr(import_module(f"mcdenoise.{room}.{module}"), name))
     else:
         text = (ROOT / "src" / "mcdenoise" / room / f"{module}.py").read_text()

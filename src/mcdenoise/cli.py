@@ -1,4 +1,4 @@
-"""The command line: `mcdenoise compare SCENE`, `train`, `classroom build | check | grade | release`, `doctor`."""
+"""The command line: `mcdenoise compare SCENE`, `study`, `advise`, `train`, `classroom ...`, `doctor`."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from mcdenoise.lbf.primary import GROUPS
 from mcdenoise.lbf.training import TrainConfig
 from mcdenoise.study.arguments import OneLineParser
 
+STUDIES = ("speed-accuracy", "stability", "parsimony", "all")
+
 
 def build_parser() -> argparse.ArgumentParser:
     """Return the parser of the whole command line.
@@ -31,6 +33,8 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"mcdenoise {version('mcdenoise')}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_compare(commands)
+    _add_study(commands)
+    _add_advise(commands)
     _add_train(commands)
     add_commands(commands)
     commands.add_parser(
@@ -62,6 +66,35 @@ def _add_compare(commands: argparse._SubParsersAction) -> None:
         "--variant", default="auto", help="Mitsuba back end: auto, scalar_rgb, llvm_ad_rgb (default auto)"
     )
     compare.add_argument("--out", type=Path, metavar="DIR", help="folder for the results (default out/SCENE)")
+
+
+def _add_study(commands: argparse._SubParsersAction) -> None:
+    """Add `mcdenoise study`."""
+    study = commands.add_parser(
+        "study",
+        help="the studies of chapter 10: speed against accuracy, stability, parsimony",
+        description="Measure every method over all toy scenes. Numbers go into a JSON file entry by entry, so a run that was "
+        "stopped goes on; charts and report.html are made from them. All together: some 20 minutes on 2 cores.",
+    )
+    study.add_argument("study", choices=STUDIES, metavar="STUDY", help=", ".join(STUDIES))
+    study.add_argument("--quick", action="store_true", help="small images, few seeds: a minute or two")
+    study.add_argument("--size", type=int, help="height and width in pixels (default 128; 32 or so if quick)")
+    study.add_argument(
+        "--out", type=Path, metavar="DIR", help="folder for the results (default out/study, quick: out/study-quick)"
+    )
+
+
+def _add_advise(commands: argparse._SubParsersAction) -> None:
+    """Add `mcdenoise advise`."""
+    advise = commands.add_parser(
+        "advise",
+        help="say what samples need: random parameters, features, filter; no reference needed",
+        description="Read samples (SampleBuffer.save), test what carries information, try every filter by leaving samples out, "
+        "and print the least that is as good as the best, and how sure that is.",
+    )
+    advise.add_argument("samples", type=Path, metavar="SAMPLES.npz", help="of any renderer, 2 spp or more")
+    advise.add_argument("--seed", type=int, default=0, help="of shuffles and resamplings (default 0)")
+    advise.add_argument("--json", type=Path, metavar="FILE.json", help="write all numbers there too")
 
 
 def _add_train(commands: argparse._SubParsersAction) -> None:
@@ -138,6 +171,20 @@ def run_compare(options: argparse.Namespace) -> int:
     return 0
 
 
+def run_study(options: argparse.Namespace) -> int:
+    """Run `mcdenoise study`."""
+    from mcdenoise.study.studies import run_study
+
+    return run_study(options)
+
+
+def run_advise(options: argparse.Namespace) -> int:
+    """Run `mcdenoise advise`."""
+    from mcdenoise.study.advise_lines import run_advise
+
+    return run_advise(options)
+
+
 def run_train(options: argparse.Namespace) -> int:
     """Run `mcdenoise train`."""
     from mcdenoise.study.training import run_train
@@ -152,7 +199,14 @@ def run_doctor(options: argparse.Namespace) -> int:
     return run_doctor()
 
 
-_RUN = {"compare": run_compare, "train": run_train, "classroom": run_classroom, "doctor": run_doctor}
+_RUN = {
+    "compare": run_compare,
+    "study": run_study,
+    "advise": run_advise,
+    "train": run_train,
+    "classroom": run_classroom,
+    "doctor": run_doctor,
+}
 
 
 if __name__ == "__main__":

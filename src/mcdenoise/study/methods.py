@@ -66,7 +66,10 @@ class Method:
     variants: Sequence[Variant] = ()
 
     def apply(self, prepared: dict[str, Any], **parameters: Any) -> np.ndarray:
-        """Filter what `prepare` made: (h, w, 3) float32."""
+        """Filter what `prepare` made: (h, w, 3) float32. Bandwidths of features that do not vary there are left out."""
+        if sigmas := parameters.get("sigma_features"):
+            varying = {name: sigma for name, sigma in sigmas.items() if name in prepared["features"]}
+            parameters = {**parameters, "sigma_features": varying}
         return self.filter(**prepared, **parameters)
 
     def run(self, samples: SampleBuffer, **parameters: Any) -> np.ndarray:

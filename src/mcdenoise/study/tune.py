@@ -23,6 +23,7 @@ from mcdenoise.study.methods import METHODS, Method, Parameters
 
 Error = Callable[[Parameters], float]
 STEP = np.sqrt(2.0)  # a bandwidth is refined by this factor, up and down
+SCALE_SIGMA = 1.5  # pixels: blur of the image that errors are relative to; narrower, and one bright sample decides
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def halves_error(method: Method, samples: SampleBuffer) -> Error:
     For halves A and B, E |F(A) - B|^2 = E |F(A) - truth|^2 + variance of B, and the last term is the same for all parameters.
     What is left is squared bias plus the variance of F(A). All samples together have half that variance, and |F(A) - F(B)|^2
     is twice it on average, so a quarter of it is taken off (exact for a linear filter). Errors are relative as in relMSE,
-    with a slightly blurred A in the denominator: it must not know B. At least 2 spp are needed.
+    with a blurred A in the denominator: it must not know B. At least 2 spp are needed.
 
     Examples
     --------
@@ -73,7 +74,7 @@ def halves_error(method: Method, samples: SampleBuffer) -> Error:
     half = samples.spp // 2
     halves = samples.subset(0, half), samples.subset(half, 2 * half)
     means = [pixel_mean(one.radiance) for one in halves]
-    scales = [gaussian(mean, sigma_space=0.7) ** 2 + 0.01 for mean in means]
+    scales = [gaussian(mean, sigma_space=SCALE_SIGMA) ** 2 + 0.01 for mean in means]
     prepared = [method.prepare(one) for one in halves]
 
     def error(parameters: Parameters) -> float:
