@@ -47,6 +47,15 @@ def test_all_channels_of_a_feature_count_as_one(rng):
     assert told["albedo"].nats > 3 * 0.5  # three channels of their own, well over half a nat each
 
 
+def test_many_names_need_more_shuffles(rng):
+    """Twelve names: with 199 shuffles the corrected p-value of anything would be 12 / 200."""
+    size = (14, 14, 4)
+    params = {f"number_{k}": rng.random(size) for k in range(12)}
+    radiance = np.repeat(params["number_3"][..., np.newaxis], 3, axis=-1)
+    told = found(make_samples(rng, *size, radiance=radiance, random_params=params, features={}))
+    assert [name for name, one in told.items() if one.informative] == ["number_3"]
+
+
 def test_the_same_seed_gives_the_same(samples):
     assert information(samples, permutations=9) == information(samples, permutations=9)
 

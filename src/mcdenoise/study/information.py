@@ -14,7 +14,7 @@ from mcdenoise.study.evidence import permutation_p_value
 
 BOX = 7  # pixels, side of a neighbourhood
 NEIGHBOURHOODS = 64  # spread over the image
-PERMUTATIONS = 199
+PERMUTATIONS = 199  # at least, and 40 a name: the smallest p-value, corrected for the names, must come below 0.05
 SIGNIFICANT = 0.05  # for all names of a buffer together
 
 
@@ -45,7 +45,7 @@ def information(
     samples: SampleBuffer,
     *,
     neighbourhoods: int = NEIGHBOURHOODS,
-    permutations: int = PERMUTATIONS,
+    permutations: int | None = None,
     box: int = BOX,
     seed: int = 0,
 ) -> list[Information]:
@@ -60,7 +60,8 @@ def information(
     Parameters
     ----------
     samples : of a scene, at any spp
-    neighbourhoods, permutations : how many; more permutations reach smaller p-values, 1 / (permutations + 1) at least
+    neighbourhoods, permutations : how many; more permutations reach smaller p-values, 1 / (permutations + 1) at least; None: as
+        many as the number of names needs
     box : side of a neighbourhood, pixels; the image's, if that is smaller
     seed : of the shuffles
 
@@ -87,9 +88,10 @@ def information(
     >>> [(one.name, one.informative) for one in information(samples, neighbourhoods=4)]
     [('lens_u', True), ('time', False)]
     """
+    fields = [(field.name, kind) for kind in ("random_params", "features") for field in getattr(samples.layout, kind)]
+    permutations = max(PERMUTATIONS, 40 * len(fields)) if permutations is None else permutations
     counts = {"neighbourhoods": neighbourhoods, "permutations": permutations, "box": box}
     neighbourhoods, permutations, box = (check_count(value, name) for name, value in counts.items())
-    fields = [(field.name, kind) for kind in ("random_params", "features") for field in getattr(samples.layout, kind)]
     rng = np.random.default_rng(check_count(seed, "seed", least=0))
     found = np.zeros((permutations + 1, len(fields)))  # the first row is as it is, the others are shuffled
     corners = spread_corners(samples.height, samples.width, neighbourhoods, box)
