@@ -15,6 +15,7 @@ SCENE    ?= dof
 OUT      ?= out/$(SCENE)
 LAB_ARGS ?=
 SITE_ARGS ?=
+TEST_ARGS ?= --numprocesses 2 --dist loadgroup --no-loadscope-reorder
 CHAPTERS ?=
 VENV     := .venv
 BIN      := $(VENV)/bin
@@ -33,7 +34,7 @@ test: $(VENV)/.installed-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(TEST_ARGS)
 
 lab: $(VENV)/.installed-lab
 	$(BIN)/python -m mcdenoise.classroom.building.lab

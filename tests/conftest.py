@@ -11,9 +11,19 @@ pytest_plugins = [
     "pytester",
 ]  # `impl` and --impl; pytest to be tested itself
 
+# Files that run in one process where there are several (pytest-xdist): they share the executed notebooks.
+TOGETHER = {"test_site.py": "test_notebooks.py"}
+
 # The same examples in every run; no deadline, because the first example may compile a kernel.
 settings.register_profile("house", derandomize=True, deadline=None)
 settings.load_profile("house")
+
+
+def pytest_collection_modifyitems(config, items):
+    """A file is not divided between processes: its fixtures are made once."""
+    if config.pluginmanager.hasplugin("xdist"):
+        for item in items:
+            item.add_marker(pytest.mark.xdist_group(TOGETHER.get(item.path.name, item.path.name)))
 
 
 @pytest.fixture

@@ -33,7 +33,8 @@ def test_environment_yml_asks_for_what_pyproject_asks_for():
     assert environment["channels"] == ["conda-forge"]
     conda = dict(_split(one) for one in environment["dependencies"] if isinstance(one, str))
     (pip,) = (one["pip"] for one in environment["dependencies"] if isinstance(one, dict))
-    extras = [one for extra in PROJECT["optional-dependencies"].values() for one in extra]
+    wanted = {name: extra for name, extra in PROJECT["optional-dependencies"].items() if name != "peers"}
+    extras = [one for extra in wanted.values() for one in extra]
     needed = dict(_split(one) for one in [*PROJECT["dependencies"], *extras])
     from_conda = {CONDA_NAMES.get(name, name): bounds for name, bounds in needed.items() if name not in FROM_PIP}
     own = {"python": PROJECT["requires-python"], "pip": "", "libllvm19": ""}

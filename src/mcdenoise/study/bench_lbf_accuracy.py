@@ -24,31 +24,17 @@ from mcdenoise.study.bench_accuracy import UNFILTERED, Row, error_table
 from mcdenoise.study.bench_measure import reached
 from mcdenoise.study.bench_rpf_accuracy import GEOMETRIC, geometric_mean
 from mcdenoise.study.methods import METHODS
+from mcdenoise.study.peers import OIDN, find_oidn
 from mcdenoise.study.tune import tune
 
 STEPS = 40  # of the oracle
 TUNED = ("cross_bilateral", "cross_bilateral_prefiltered")
-RPF, OIDN = METHODS["rpf"].label, "Intel OIDN"
+RPF = METHODS["rpf"].label
 WAY = 0.6  # target: share of the way to the oracle
 LBF = {"cross_bilateral": METHODS["lbf"].label, "nlm": METHODS["lbf_nlm"].label}
 ORACLE = {variant: f"oracle of {label}" for variant, label in LBF.items()}
 Errors = dict[str, dict[str, float]]  # label -> scene -> relMSE
 Way = Callable[[SampleBuffer, np.ndarray], float]  # samples and reference -> relMSE
-
-
-def find_oidn() -> Callable[[SampleBuffer], np.ndarray] | None:
-    """Intel's Open Image Denoise, samples in, image out; None if its Python package `pyoidn` is not installed."""
-    try:
-        import pyoidn
-    except ImportError:
-        return None
-
-    def run(samples: SampleBuffer) -> np.ndarray:
-        names = {"albedo": "albedo", "normal": "shading_normal"}
-        guides = {ours: pixel_mean(samples[name]) for ours, name in names.items() if name in samples.feature_names}
-        return np.asarray(pyoidn.denoise(pixel_mean(samples.radiance), hdr=True, **guides))
-
-    return run
 
 
 def oracle_error(variant: str, samples: SampleBuffer, reference: np.ndarray, steps: int) -> float:

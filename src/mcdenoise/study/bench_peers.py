@@ -68,10 +68,16 @@ def _image(samples: SampleBuffer) -> dict[str, Any]:
     return {"image": np.maximum(pixel_mean(samples.radiance), 0)}
 
 
-def _peer(
+def peer(
     label: str, library: ModuleType | None, candidates: list[Parameters], prepare: Any, run: Any
 ) -> tuple[str, Method | None]:
-    """Pair label and method."""
+    """Pair the label of a peer with its method, None without its library.
+
+    Examples
+    --------
+    >>> peer("blur of others", None, [], None, None)
+    ('blur of others', None)
+    """
     return label, library and Method(label, label, 4, lambda _: candidates, prepare, run)
 
 
@@ -85,7 +91,7 @@ def _skimage_nlm(label: str, skimage: ModuleType | None) -> tuple[str, Method | 
 
     grid = product(TONES, (3, 7), (0.01, 0.03, 0.1, 0.3, 1.0), (0.0, 0.5, 2.0))
     candidates = [{"tone": tone, "patch_size": size, "h": h, "noise": noise} for tone, size, h, noise in grid]
-    return _peer(label, skimage, candidates, _image, run)
+    return peer(label, skimage, candidates, _image, run)
 
 
 def _opencv_nlm(label: str, cv2: ModuleType | None) -> tuple[str, Method | None]:
@@ -100,7 +106,7 @@ def _opencv_nlm(label: str, cv2: ModuleType | None) -> tuple[str, Method | None]
 
     grid = product((99, 100), (3, 7), (1.0, 4.0, 8.0, 16.0, 32.0, 128.0))
     candidates = [{"white": white, "patch_size": size, "h": h} for white, size, h in grid]
-    return _peer(label, cv2, candidates, _image, run)
+    return peer(label, cv2, candidates, _image, run)
 
 
 def _opencv_bilateral(label: str, cv2: ModuleType | None) -> tuple[str, Method | None]:
@@ -110,7 +116,7 @@ def _opencv_bilateral(label: str, cv2: ModuleType | None) -> tuple[str, Method |
         there, back = TONES[tone]
         return back(cv2.bilateralFilter(there(image), _diameter(sigma_space), sigma_radiance, sigma_space))
 
-    return _peer(label, cv2, _bandwidths(TONES), _image, run)
+    return peer(label, cv2, _bandwidths(TONES), _image, run)
 
 
 def _opencv_joint_bilateral(label: str, contrib: ModuleType | None) -> tuple[str, Method | None]:
@@ -122,7 +128,7 @@ def _opencv_joint_bilateral(label: str, contrib: ModuleType | None) -> tuple[str
             image = contrib.jointBilateralFilter(guide, image, _diameter(sigma_space), sigma_radiance, sigma_space)
         return image
 
-    return _peer(label, contrib, _bandwidths(GUIDES), _image_and_guides, run)
+    return peer(label, contrib, _bandwidths(GUIDES), image_and_guides, run)
 
 
 def _bandwidths(tones: Sequence[str]) -> list[Parameters]:
@@ -136,8 +142,8 @@ def _diameter(sigma_space: float) -> int:
     return 2 * math.ceil(3 * sigma_space) + 1
 
 
-def _image_and_guides(samples: SampleBuffer) -> dict[str, Any]:
-    """The image with the guides of the joint bilateral filter; a feature that the scene lacks counts as constant."""
+def image_and_guides(samples: SampleBuffer) -> dict[str, Any]:
+    """Return the image with guides of at most three channels; a feature that the scene lacks counts as constant."""
     image = _image(samples)["image"]
     found = {
         name: pixel_mean(samples[name]) if name in samples.feature_names else np.zeros_like(image)

@@ -118,7 +118,7 @@ def _entry(scene: str, spp: int, settings: Settings) -> dict[str, Any]:
         "reference": found,
         "agree": advice.method == found["method"],
         "relmse": errors,
-        "decoys": decoys(samples),
+        "decoys": decoys(samples, seed=spp + 1000 * SCENES.index(scene)),
         "other_seeds": [_layout_of(other, advice) for other in buffers[1:]],
         "between_seeds": between_seeds(advice, buffers),
     }

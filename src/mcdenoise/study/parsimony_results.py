@@ -8,12 +8,16 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from mcdenoise.study.charts import COLOURS, GREY
+from mcdenoise.study.information import SIGNIFICANT
 from mcdenoise.study.methods import METHODS
 
 Found = dict[str, Any]
 KEPT, DROPPED = COLOURS[0], COLOURS[1]
+LEAST_NATS = 1e-4  # left end of the axis: less is drawn as an arrow
 
 
 def lines(found: Found) -> list[str]:
@@ -73,7 +77,7 @@ def layout_lines(entries: Sequence[Found]) -> list[str]:
                 f"  {one['scene']:12} {one['spp']:3} spp  {words or 'none'}; {same} of {len(one['other_seeds'])}"
             )
     p_values = [decoy["p_value"] for one in entries for decoy in one["decoys"].values()]
-    taken = sum(p < 0.05 for p in p_values)
+    taken = sum(p < SIGNIFICANT for p in p_values)
     rows.append(
         f"  decoys taken for information: {taken} of {len(p_values)}; smallest p {min(p_values, default=1.0):.3f}"
     )
@@ -139,12 +143,14 @@ def information_figure(some: Sequence[Found]) -> Figure:
         told = {about["name"]: about for about in one["advice"]["informations"]}
         told |= {f"{name} (decoy)": about for name, about in one["decoys"].items()}
         names = list(told)[::-1]
-        nats = [max(told[name]["nats"], 1e-4) for name in names]
-        colours = [KEPT if told[name]["p_value"] < 0.05 else DROPPED for name in names]
-        axes.barh(range(len(names)), nats, color=colours)
+        for place, name in enumerate(names):
+            nats, beyond = told[name]["nats"], told[name]["p_value"] < SIGNIFICANT
+            colour, shown = KEPT if beyond else DROPPED, max(nats, LEAST_NATS)
+            axes.plot([LEAST_NATS, shown], [place, place], color=colour, linewidth=5, solid_capstyle="butt")
+            axes.plot(shown, place, "o" if nats > LEAST_NATS else "<", color=colour, markersize=6, clip_on=False)
         axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names], fontsize=8)
-        axes.set(xscale="log", xlim=(1e-4, 10), xlabel="nats")
-    _legend(row[0], "beyond chance (p < 0.05)", "not beyond chance")
+        axes.set(xscale="log", xlim=(LEAST_NATS, 10), xlabel="nats")
+    _legend(figure, "beyond chance (p < 0.05)", "not beyond chance")
     return figure
 
 
@@ -160,9 +166,11 @@ def dropping_figure(some: Sequence[Found]) -> Figure:
         axes.axhline(len(one["advice"]["features"]) - 0.5, color=GREY, linewidth=0.6, linestyle=":")
         axes.set_yticks(range(len(drops)), [drop["name"].replace("_", " ") for drop in drops], fontsize=8)
         label = METHODS[one["advice"]["feature_filter"]].label
-        axes.set(xlabel="relMSE x 1000", xscale="symlog")
+        axes.set_xscale("symlog", linthresh=0.1)
+        axes.margins(x=0.1)
+        axes.xaxis.set_major_formatter("{x:g}")
         axes.set_xlabel(f"relMSE x 1000\nabove: RPF\nbelow: {label}", fontsize=8)
-    _legend(row[0], "kept", "dropped")
+    _legend(figure, "kept", "dropped")
     return figure
 
 
@@ -200,13 +208,8 @@ def boxes_figure(entries: Sequence[Found]) -> Figure:
     """Error of RPF with more and larger boxes, over that with the smallest, beside its seconds."""
     figure = Figure(figsize=(10, 4), layout="constrained")
     figure.suptitle("Boxes of RPF: what larger boxes and more passes gain (filled: advised)")
-    axes_of = dict(
-        zip(
-            sorted({one["spp"] for one in entries}),
-            figure.subplots(1, len({one["spp"] for one in entries}), squeeze=False)[0],
-            strict=True,
-        )
-    )
+    spps = sorted({one["spp"] for one in entries})
+    axes_of = dict(zip(spps, figure.subplots(1, len(spps), squeeze=False)[0], strict=True))
     scenes = list(dict.fromkeys(one["scene"] for one in entries))
     for one in entries:
         colour, axes = COLOURS[scenes.index(one["scene"])], axes_of[one["spp"]]
@@ -219,13 +222,15 @@ def boxes_figure(entries: Sequence[Found]) -> Figure:
                 axes.plot(x, y, "o", color=colour)
     for spp, axes in axes_of.items():
         axes.set(title=f"{spp} spp", xlabel="seconds", ylabel="relMSE over that of one box of 3", xscale="log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_formatter(NullFormatter())
         axes.grid(color="#e5e5e5")
         axes.legend(frameon=False, fontsize=8)
     return figure
 
 
-def _legend(axes: Axes, kept: str, dropped: str) -> None:
-    """What the two colours mean."""
-    axes.plot([], [], "s", color=KEPT, label=kept)
-    axes.plot([], [], "s", color=DROPPED, label=dropped)
-    axes.legend(frameon=False, fontsize=7, loc="lower right")
+def _legend(figure: Figure, kept: str, dropped: str) -> None:
+    """What the two colours mean, below the charts."""
+    handles = [Line2D([], [], marker="s", linestyle="", color=colour) for colour in (KEPT, DROPPED)]
+    figure.legend(handles, (kept, dropped), loc="outside lower center", ncols=2, frameon=False, fontsize=9)

@@ -24,9 +24,9 @@ from tqdm import tqdm
 
 from mcdenoise.samples.gate import check_count
 from mcdenoise.samples.storage import write_beside
-from mcdenoise.study.charts import save_figure
 from mcdenoise.study.entries import read_study
 from mcdenoise.study.report import make_folder
+from mcdenoise.study.show import indexed_png
 
 STUDIES = {  # name -> module, heading
     "speed-accuracy": ("mcdenoise.study.speed_accuracy", "Speed against accuracy"),
@@ -34,6 +34,7 @@ STUDIES = {  # name -> module, heading
     "parsimony": ("mcdenoise.study.parsimony", "No more than a scene needs"),
 }
 SMALLEST = 32  # pixels a side
+DOTS = 150  # an inch
 PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -142,7 +143,8 @@ def _write_charts(module: ModuleType, found: dict[str, Any], folder: Path) -> No
         old.unlink()
     drawn = _drawn(module, found)
     for name, figure in tqdm(drawn, f"charts of {folder.name}", disable=None, leave=False):
-        save_figure(figure, folder / f"{name}.png")
+        with write_beside(folder / f"{name}.png") as temporary:
+            temporary.write_bytes(indexed_png(figure, DOTS))
 
 
 def _drawn(module: ModuleType, found: dict[str, Any]) -> Iterator[tuple[str, Figure]]:
