@@ -48,6 +48,16 @@ def test_a_texture_that_features_know_needs_a_feature_filter(wallpaper):
     assert min(radiance_alone) > 1.5 * wallpaper.methods[wallpaper.choice.chosen].tiles.mean() - wallpaper.noise
 
 
+def test_boxes_have_the_error_of_rpf_but_for_their_difference(wallpaper):
+    """Boxes are judged by two parts, methods by four: RPF with its usual boxes has one error in both tables."""
+    boxes = {one.name: wallpaper.box_error(one) for one in wallpaper.boxes}
+    (whole,) = (one for one in wallpaper.methods if one.name == "rpf")
+    assert list(boxes) == ["3", "5", "5 3", "7 5 3"]
+    assert boxes["5 3"] == pytest.approx(wallpaper.error(whole))
+    assert len(whole.parts) == 4
+    assert {len(one.parts) for one in wallpaper.boxes} == {2}
+
+
 def test_the_words_say_what_the_numbers_say(wallpaper):
     text = "\n".join(advice_lines(wallpaper))
     assert "Random parameters: keep light_u; drop lens_u." in text

@@ -76,7 +76,8 @@ def test_the_front_is_what_nobody_beats():
     }
     assert STORED["pooled"]["front"].count("(") >= 1
     assert STORED["pooled"]["front"] == data.words(sorted(points.keys() - beaten, key=lambda label: points[label]))
-    yes = {row.split(" |")[0].strip("| *") for row in STORED["pooled"]["table"].splitlines() if row.endswith("| yes |")}
+    rows = [row for key in ("table", "peers") for row in STORED["pooled"][key].splitlines()]
+    yes = {row.split(" |")[0].strip("| ") for row in rows if row.endswith("| yes |")}
     usual = {label for label, point in data.usual_points(found).items() if point.label not in beaten}
     assert yes == usual
 
@@ -147,7 +148,8 @@ def test_every_limit_of_a_method_is_on_the_page_with_its_reason(method):
 def test_damage_of_a_gaussian_is_the_formula():
     of = STORED["fireflies"]
     for value in ("10000", "1e+06"):
-        assert of["damage"]["gaussian"][value] == pytest.approx(of["formula"][value], rel=0.02)
+        away, border = of["formula"][value], of["formula_at_border"][value]
+        assert 0.99 * away <= of["damage"]["gaussian"][value] <= 1.01 * border**2 / away  # at most in a corner
     assert of["sum_of_squares"] == pytest.approx(of["sum_formula"], rel=0.05)
 
 

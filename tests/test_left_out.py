@@ -39,6 +39,13 @@ def test_a_filter_is_run_on_each_rest(rng):
     np.testing.assert_array_equal(left_out.error_of(lambda rest: pixel_mean(rest.radiance)), left_out.error_map(means))
 
 
+def test_the_error_is_the_mean_over_the_parts(rng):
+    left_out = LeftOut.of(flat(rng, 8, side=16))
+    images = [np.full((16, 16, 3), value) for value in (1.8, 1.9, 2.0, 2.1)]
+    parts = [left_out.part_error(part, image) for part, image in enumerate(images)]
+    np.testing.assert_allclose(left_out.error_map(images), np.mean(parts, axis=0), rtol=1e-12)
+
+
 def test_what_is_left_and_what_is_left_out_are_all_samples(samples):
     rest = without_span(samples, 1, 3)
     for name in ("radiance", "random_params", "features", "screen_position", "hit"):

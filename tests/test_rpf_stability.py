@@ -1,5 +1,7 @@
 """Random parameter filtering where statistics are undefined or inputs hostile: never NaN, never a crash, and what comes out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -50,6 +52,28 @@ def test_a_constant_feature_changes_nothing(name):
     without = buffer(8, 4, blurred)
     with_one = buffer(8, 4, blurred, {"albedo": 0.4})
     np.testing.assert_allclose(run(with_one, name), run(without, name), rtol=1e-6)
+
+
+@ALL
+@pytest.mark.parametrize("brightness", [1e-30, 1e-38, 1e-40])
+def test_light_at_the_end_of_float32_gives_an_image(name, brightness):
+    """One over a denormal deviation is no float32; what varies by so little counts as constant."""
+    one = buffer(8, 4, blurred)
+    faint = replace(one, radiance=one.radiance * np.float32(brightness))
+    image = mcd.rpf(faint, CONFIGS[name], progress=False)
+    least, greatest = (float(bound) for bound in (faint.radiance.min(), faint.radiance.max()))
+    assert image.min() >= least * (1 - 1e-5)
+    assert image.max() <= greatest * (1 + 1e-5)
+
+
+@pytest.mark.parametrize("engine", ["numba", "numpy"])
+def test_an_infinite_bandwidth_lets_all_in(engine):
+    """sigma_8 infinite: every weight is that of the screen alone, so a constant shift of half the samples is averaged."""
+    samples = buffer(6, 4, blurred)
+    wide = mcd.RPFConfig.adaptive(sigma_8_squared=np.inf)
+    image = mcd.rpf(samples, wide, engine=engine, progress=False)
+    blind = mcd.rpf(samples, mcd.RPFConfig.adaptive(alpha=0.0, beta=0.0), engine=engine, progress=False)
+    np.testing.assert_allclose(image, blind, rtol=1e-5)
 
 
 @ALL

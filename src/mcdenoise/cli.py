@@ -74,7 +74,7 @@ def _add_study(commands: argparse._SubParsersAction) -> None:
         "study",
         help="the studies of chapter 10: speed against accuracy, stability, parsimony",
         description="Measure every method over all toy scenes. Numbers go into a JSON file entry by entry, so a run that was "
-        "stopped goes on; charts and report.html are made from them. All together: some 20 minutes on 2 cores.",
+        "stopped goes on; charts and report.html are made from them. All together: half an hour on 2 cores.",
     )
     study.add_argument("study", choices=STUDIES, metavar="STUDY", help=", ".join(STUDIES))
     study.add_argument("--quick", action="store_true", help="small images, few seeds: a minute or two")

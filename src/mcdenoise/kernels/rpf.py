@@ -28,6 +28,7 @@ from mcdenoise.kernels.rows import ZERO, exp2, place
 LOG2_E = 1.4426950408889634
 ONE, FOUR, WORD = place(1), place(4), place(64)
 ROWS_AT_ONCE = 16  # between two reports of progress
+LARGEST_SCALE = 1e30  # one over a denormal deviation leaves float32: what varies by less counts as constant
 
 
 class Sizes(NamedTuple):
@@ -227,7 +228,7 @@ def set_guides(guide, room, values, count, n_f, weights, shares, share, means, s
 @kernel
 def add_guide(guide, active, room, values, at, count, centre, scale):
     """Enter a row, less `centre` and times `scale`, as the next guide; return how many guides there are."""
-    centre, scale = np.float32(centre), np.float32(scale)
+    centre, scale = np.float32(centre), np.float32(min(scale, LARGEST_SCALE))
     for n in range(ZERO, count):
         guide[active * room + n] = (values[at + n] - centre) * scale
     return active + ONE

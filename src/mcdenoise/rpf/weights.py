@@ -90,5 +90,6 @@ def scales_of(weights: Weights, noise: np.ndarray, config: RPFConfig, turn: int,
     array([6.25, 6.25, 6.25, 6.25])
     """
     shares = np.concatenate([weights.share_f_r, weights.share_c_r])
-    widened = 1 / config.precision(turn, spp) + 2 * config.noise_gain * shares * noise
+    precision = config.precision(turn, spp)
+    widened = (1 / precision if precision else np.inf) + 2 * config.noise_gain * shares * noise
     return np.concatenate([weights.beta, weights.alpha]) * (1 - weights.share) ** 2 / widened

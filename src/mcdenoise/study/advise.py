@@ -41,6 +41,7 @@ ASKS = {
 }
 FEATURE_FILTERS = ("cross_bilateral", "cross_bilateral_prefiltered", "joint_nlm")
 BOXES = ((3,), (5,), (5, 3), (7, 5, 3))  # of RPF, the cheapest first
+RPF_PARTS = 2  # parts that judge its boxes and random parameters: it is slow
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,15 +51,20 @@ class Trial:
     Attributes
     ----------
     name : of the method, of what was left out, or the boxes
-    tiles : (tiles,), relative squared error in each tile, with the noise of the samples that judge
+    parts : (parts, tiles), relative squared error in each tile, judged by each part, with the noise of that part
     seconds : of one run, median over the parts; each run has the samples of all parts but one
     parameters : of the method
     """
 
     name: str
-    tiles: np.ndarray
+    parts: np.ndarray
     seconds: float
     parameters: Parameters
+
+    @property
+    def tiles(self) -> np.ndarray:
+        """Mean over the parts, (tiles,)."""
+        return self.parts.mean(axis=0)
 
 
 @dataclass(frozen=True)
@@ -127,6 +133,13 @@ class Advice:
         """Estimated relMSE of a trial; below 0 where noise hides it."""
         return float(trial.tiles.mean()) - self.noise
 
+    def box_error(self, trial: Trial) -> float:
+        """Estimated relMSE with other boxes: that of RPF, and the difference that the parts show which judged both."""
+        usual = " ".join(map(str, RPFConfig.adaptive().boxes))
+        whole = next(one for one in self.methods if one.name == "rpf")
+        same = next(one for one in self.boxes if one.name == usual)
+        return self.error(whole) + float(trial.tiles.mean() - same.tiles.mean())
+
     def numbers(self) -> dict[str, Any]:
         """Everything as JSON can hold it, without the tiles."""
         methods = [
@@ -139,7 +152,7 @@ class Advice:
             }
             for one, behind, spread in zip(self.methods, self.choice.behind, self.choice.standard_error, strict=True)
         ]
-        boxes = [{"boxes": one.name, "error": self.error(one), "seconds": one.seconds} for one in self.boxes]
+        boxes = [{"boxes": one.name, "error": self.box_error(one), "seconds": one.seconds} for one in self.boxes]
         return {
             **{
                 name: getattr(self, name)
@@ -244,14 +257,21 @@ def _can_run(name: str, samples: SampleBuffer) -> bool:
     return bool(samples.feature_names) or name not in (*FEATURE_FILTERS, "lbf", "lbf_nlm")
 
 
-def _try(name: str, run: Callable[[SampleBuffer], np.ndarray], left_out: LeftOut, parameters: Parameters) -> Trial:
-    """Run on each rest; error and time."""
-    filtered, seconds = [], []
-    for rest in left_out.rests:
+def _try(
+    name: str,
+    run: Callable[[SampleBuffer], np.ndarray],
+    left_out: LeftOut,
+    parameters: Parameters,
+    most: int | None = None,
+) -> Trial:
+    """Run on each rest, or on so many of them; error and time."""
+    parts, seconds = [], []
+    for part, rest in enumerate(left_out.rests[:most]):
         start = perf_counter()
-        filtered.append(run(rest))
+        filtered = run(rest)
         seconds.append(perf_counter() - start)
-    return Trial(name, tile_means(left_out.error_map(filtered)), statistics.median(seconds), parameters)
+        parts.append(tile_means(left_out.part_error(part, filtered)))
+    return Trial(name, np.array(parts), statistics.median(seconds), parameters)
 
 
 def _try_method(method: Method, samples: SampleBuffer, left_out: LeftOut) -> Trial:
@@ -265,8 +285,8 @@ def _try_boxes(boxes: tuple[int, ...], whole: Trial, left_out: LeftOut) -> Trial
     """RPF with other boxes; its default is known already."""
     name, config = " ".join(map(str, boxes)), RPFConfig.adaptive(boxes=boxes)
     if config == RPFConfig.adaptive():
-        return Trial(name, whole.tiles, whole.seconds, {})
-    return _try(name, lambda rest: rpf(rest, config, progress=False), left_out, {})
+        return Trial(name, whole.parts[:RPF_PARTS], whole.seconds, {})
+    return _try(name, lambda rest: rpf(rest, config, progress=False), left_out, {}, RPF_PARTS)
 
 
 def _drop_random_params(informations: Sequence[Information], whole: Trial, left_out: LeftOut) -> tuple[Drop, ...]:
@@ -276,13 +296,13 @@ def _drop_random_params(informations: Sequence[Information], whole: Trial, left_
     for one in about:
         others = [other.name for other in about if other is not one]
         run = lambda rest, others=others: rpf(rest.select(random_params=others), progress=False)  # noqa: E731
-        drops.append(_drop(whole, _try(one.name, run, left_out, {}), one.informative))
+        drops.append(_drop(whole, _try(one.name, run, left_out, {}, RPF_PARTS), one.informative))
     return tuple(drops)
 
 
 def _drop(whole: Trial, without: Trial, keep: bool | None = None) -> Drop:
     """Compare with and without; kept, unless said otherwise, is what costs more than one standard error."""
-    difference = without.tiles - whole.tiles
+    difference = (without.parts - whole.parts[: len(without.parts)]).mean(axis=0)
     behind, spread = float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(len(difference)))
     keep = behind > spread if keep is None else keep
     return Drop(without.name, behind, spread, whole.seconds - without.seconds, keep)

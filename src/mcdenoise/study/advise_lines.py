@@ -130,5 +130,5 @@ def _boxes_lines(advice: Advice) -> list[str]:
     lines = ["boxes of RPF, the cheapest first"]
     for k, one in enumerate(advice.boxes):
         mark = "  chosen" if k == advice.box_choice.chosen else ""
-        lines.append(f"  {one.name:28} {one.seconds:8.3f} {advice.error(one):9.5f}{mark}")
+        lines.append(f"  {one.name:28} {one.seconds:8.3f} {advice.box_error(one):9.5f}{mark}")
     return [*lines, ""]

@@ -69,10 +69,13 @@ class LeftOut:
         noise = [variance / (last - first) / scale for (first, last), scale in zip(spans, scales, strict=True)]
         return cls(rests, means, scales, _mean(noise))
 
+    def part_error(self, part: int, filtered: np.ndarray) -> np.ndarray:
+        """Relative squared error of one filtered rest against the part left out, noise included: (h, w), float64."""
+        return _mean([(filtered - self.means[part]) ** 2 / self.scales[part]])
+
     def error_map(self, filtered: Sequence[np.ndarray]) -> np.ndarray:
-        """Relative squared error of the filtered rests against the parts left out, noise included: (h, w), float64."""
-        triples = zip(filtered, self.means, self.scales, strict=True)
-        return _mean([(image - mean) ** 2 / scale for image, mean, scale in triples])
+        """Mean of `part_error` over all parts, (h, w)."""
+        return np.mean([self.part_error(part, image) for part, image in enumerate(filtered)], axis=0)
 
     def error_of(self, run: Callable[[SampleBuffer], np.ndarray]) -> np.ndarray:
         """`error_map` of what `run` makes of each rest."""

@@ -159,15 +159,14 @@ def decoys(samples: SampleBuffer, seed: int = 0) -> dict[str, dict[str, float]]:
     rng = np.random.default_rng(seed)
     params = {name: samples[name] for name in samples.random_param_names}
     added = {name: rng.random(samples.hit.shape, np.float32) for name in DECOYS if name not in params}
-    features = {name: samples[name] for name in samples.feature_names}
-    joined = SampleBuffer.from_arrays(samples.radiance, samples.screen_position, {**params, **added}, features)
+    joined = SampleBuffer.from_arrays(samples.radiance, samples.screen_position, {**params, **added})
     tested = information(joined)
     return {one.name: {"nats": one.nats, "p_value": one.p_value} for one in tested if one.name in added}
 
 
 def _layout_of(samples: SampleBuffer, advice: Advice) -> dict[str, list[str]]:
     """The layout that samples of another seed ask for, with the filter and the bandwidths of the advice."""
-    informative = [one.name for one in information(samples) if one.kind == "random_params" and one.informative]
+    informative = [one.name for one in information(samples.select(features=[])) if one.informative]
     whole = _feature_trial(advice)
     kept = drop_features(whole, LeftOut.of(samples)) if whole else ()
     return {"random_params": informative, "features": [one.name for one in kept if one.keep]}

@@ -20,7 +20,7 @@ from typing import Any
 from mcdenoise.study.entries import run_entries
 from mcdenoise.study.stability_catalogue import CATALOGUE
 from mcdenoise.study.stability_charts import charts
-from mcdenoise.study.stability_limits import LIMITS, limit_of
+from mcdenoise.study.stability_limits import LIMITS, broken_in, limit_of
 from mcdenoise.study.stability_pictures import PICTURED, pictures
 from mcdenoise.study.stability_run import run_case
 from mcdenoise.study.stability_settings import Settings
@@ -31,6 +31,7 @@ __all__ = [
     "LIMITS",
     "PICTURED",
     "Settings",
+    "broken_in",
     "charts",
     "entries",
     "limit_of",
