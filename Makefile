@@ -34,7 +34,7 @@ test: $(VENV)/.installed-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
-	$(BIN)/python -m pytest $(TEST_ARGS)
+	OMP_WAIT_POLICY=passive $(BIN)/python -m pytest $(TEST_ARGS) # two processes: threads that wait must not spin
 
 lab: $(VENV)/.installed-lab
 	$(BIN)/python -m mcdenoise.classroom.building.lab
