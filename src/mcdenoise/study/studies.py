@@ -125,15 +125,16 @@ def write_report(folder: Path) -> Path:
 
 
 def _section(folder: Path, name: str) -> Iterator[str]:
-    """HTML of one study: heading, tables, charts."""
+    """HTML of one study: heading, charts, and the tables behind a click."""
     found = read_study(path_of(folder, name), name)
     yield f"<h2>{html.escape(STUDIES[name][1])}</h2>"
     yield f'<p class="dim">{html.escape(heading(name, found))}</p>'
-    yield f"<pre>{html.escape(chr(10).join(study_module(name).lines(found)))}</pre>"
     for path in sorted((folder / name).glob("*.png")):
         words = path.stem.replace("_", " ")
         data = base64.b64encode(path.read_bytes()).decode("ascii")
         yield f'<figure><img src="data:image/png;base64,{data}" alt="{html.escape(words)}"></figure>'
+    tables = html.escape("\n".join(study_module(name).lines(found)))
+    yield f"<details><summary>All numbers</summary><pre>{tables}</pre></details>"
 
 
 def _write_charts(module: ModuleType, found: dict[str, Any], folder: Path) -> None:
