@@ -140,7 +140,7 @@ def test_json_holds_the_numbers(comparison, folder):
 
 
 def test_infinite_psnr_becomes_null():
-    assert report._finite({"psnr": float("inf"), "more": [float("nan"), 1.5]}) == {"psnr": None, "more": [None, 1.5]}
+    assert report.json_ready({"psnr": float("inf"), "more": [float("nan"), 1.5]}) == {"psnr": None, "more": [None, 1.5]}
 
 
 def test_report_needs_nothing_from_outside(comparison, folder):
@@ -228,7 +228,7 @@ def test_slow_filters_are_timed_fewer_times(monkeypatch, seconds, runs):
         now[0] += seconds
         return "image"
 
-    result, taken = compare_module._timed_often(call)
+    result, taken = compare_module.timed_often(call)
     assert result == "image"
     assert taken == pytest.approx([seconds] * runs)
 

@@ -8,7 +8,7 @@ import pytest
 from conftest import make_samples
 from mcdenoise.samples import pixel_mean
 from mcdenoise.study.choice import how_sure, simplest_like_best, tile_means
-from mcdenoise.study.left_out import LeftOut, without_span
+from mcdenoise.study.left_out import LeftOut
 
 pytestmark = pytest.mark.ch10
 
@@ -35,7 +35,7 @@ def test_a_biased_filter_shows_its_bias(rng):
 def test_a_filter_is_run_on_each_rest(rng):
     samples = flat(rng, 8, side=16)
     left_out = LeftOut.of(samples)
-    means = [pixel_mean(without_span(samples, first, first + 2).radiance) for first in (0, 2, 4, 6)]
+    means = [pixel_mean(samples.without(first, first + 2).radiance) for first in (0, 2, 4, 6)]
     np.testing.assert_array_equal(left_out.error_of(lambda rest: pixel_mean(rest.radiance)), left_out.error_map(means))
 
 
@@ -47,10 +47,24 @@ def test_the_error_is_the_mean_over_the_parts(rng):
 
 
 def test_what_is_left_and_what_is_left_out_are_all_samples(samples):
-    rest = without_span(samples, 1, 3)
+    rest = samples.without(1, 3)
     for name in ("radiance", "random_params", "features", "screen_position", "hit"):
         np.testing.assert_array_equal(getattr(rest, name), getattr(samples, name)[:, :, [0, 3]])
+        assert not getattr(rest, name).flags.writeable
     assert rest.provenance["left_out"] == [1, 3]
+
+
+@pytest.mark.parametrize(
+    ("span", "message"),
+    [
+        ((0, 4), "A sample must be left, got start 0 and stop 4 of 4 spp."),
+        ((2, 5), "stop must be at most the 4 spp of these samples, got 5."),
+        ((1, 1), "stop must be at least 2, got 1."),
+    ],
+)
+def test_a_span_that_cannot_be_left_out_is_refused(samples, span, message):
+    with pytest.raises(ValueError, match=re.escape(message)):
+        samples.without(*span)
 
 
 def test_one_sample_cannot_be_cut(rng):

@@ -221,13 +221,40 @@ class SampleBuffer:
         >>> SampleBuffer.from_arrays(np.ones((1, 1, 8, 3)), np.zeros((1, 1, 8, 2))).subset(0, 4).spp
         4
         """
+        start, stop = self._check_span(start, stop)
+        return self._take(np.s_[start:stop], {"subset": [start, stop]})
+
+    def without(self, start: int, stop: int) -> SampleBuffer:
+        """Return all samples of every pixel but `start` to `stop` - 1, which may judge what is made of the others.
+
+        Raises
+        ------
+        ValueError
+            If nothing is left out, nothing is left, or `stop` is beyond the buffer's spp.
+
+        Examples
+        --------
+        >>> SampleBuffer.from_arrays(np.ones((1, 1, 8, 3)), np.zeros((1, 1, 8, 2))).without(2, 4).spp
+        6
+        """
+        start, stop = self._check_span(start, stop)
+        if stop - start == self.spp:
+            raise ValueError(f"A sample must be left, got start {start} and stop {stop} of {self.spp} spp.")
+        return self._take(np.delete(np.arange(self.spp), np.s_[start:stop]), {"left_out": [start, stop]})
+
+    def _check_span(self, start: object, stop: object) -> tuple[int, int]:
+        """Return a span of at least one sample within the spp."""
         start = check_count(start, "start", least=0)
         stop = check_count(stop, "stop", least=start + 1)
         if stop > self.spp:
             raise ValueError(f"stop must be at most the {self.spp} spp of these samples, got {stop}.")
+        return start, stop
+
+    def _take(self, places: slice | np.ndarray, about: Mapping[str, Any]) -> SampleBuffer:
+        """Some samples of every pixel; `about` joins the provenance."""
         names = ("screen_position", "random_params", "features", "radiance", "hit")
-        blocks = {name: _frozen(getattr(self, name)[:, :, start:stop].copy()) for name in names}
-        return replace(self, **blocks, provenance=MappingProxyType({**self.provenance, "subset": [start, stop]}))
+        blocks = {name: _frozen(getattr(self, name)[:, :, places].copy()) for name in names}
+        return replace(self, **blocks, provenance=MappingProxyType({**self.provenance, **about}))
 
     def save(self, path: str | os.PathLike) -> None:
         """Write the samples to `path` (`.npz`); `mcd.load_samples` reads them back.

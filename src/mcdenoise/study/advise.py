@@ -20,7 +20,7 @@ from tqdm import tqdm
 from mcdenoise.rpf import RPFConfig, rpf
 from mcdenoise.samples import SampleBuffer
 from mcdenoise.samples.gate import check_count
-from mcdenoise.study.choice import Choice, how_sure, simplest_like_best, tile_means
+from mcdenoise.study.choice import Choice, how_sure, mean_and_error, simplest_like_best, tile_means
 from mcdenoise.study.information import Information, information
 from mcdenoise.study.left_out import LeftOut
 from mcdenoise.study.methods import METHODS, Method, Parameters
@@ -303,7 +303,7 @@ def _drop_random_params(informations: Sequence[Information], whole: Trial, left_
 def _drop(whole: Trial, without: Trial, keep: bool | None = None) -> Drop:
     """Compare with and without; kept, unless said otherwise, is what costs more than one standard error."""
     difference = (without.parts - whole.parts[: len(without.parts)]).mean(axis=0)
-    behind, spread = float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(len(difference)))
+    behind, spread = mean_and_error(difference)
     keep = behind > spread if keep is None else keep
     return Drop(without.name, behind, spread, whole.seconds - without.seconds, keep)
 

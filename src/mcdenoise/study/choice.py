@@ -31,6 +31,17 @@ def tile_means(errors: np.ndarray) -> np.ndarray:
     return np.array([block.mean(dtype=np.float64) for row in blocks for block in row])
 
 
+def mean_and_error(values: np.ndarray) -> tuple[float, float]:
+    """Return the mean of independent values, two or more, and its standard error, from their spread.
+
+    Examples
+    --------
+    >>> mean_and_error(np.array([1.0, 3.0]))
+    (2.0, 1.0)
+    """
+    return float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
+
+
 @dataclass(frozen=True, eq=False)
 class Choice:
     """Which model to take, out of several in order of simplicity, the simplest first.

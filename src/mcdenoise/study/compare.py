@@ -171,7 +171,7 @@ def compare(
     chosen = [METHODS[name] for name in check_names(METHODS if methods is None else methods, list(METHODS), "methods")]
     view = {"width": size, "height": size, "variant": variant}
 
-    samples, capture_seconds = _timed(lambda: capture(scene, spp=spp, seed=seed, **view))
+    samples, capture_seconds = timed(lambda: capture(scene, spp=spp, seed=seed, **view))
     reference = render_reference(scene, spp=reference_spp, seed=seed, **view)
     render = RenderClock(lambda n: render_image(scene, spp=n, seed=seed + 1, **view), spp, reference_spp)
 
@@ -205,7 +205,7 @@ class RenderClock:
         self.render, self.spp, self.most_spp = render, spp, most_spp
         render(spp)
         turns = tqdm((spp, 4 * spp) * REPEATS, "timing Monte Carlo", disable=None, leave=False)
-        taken = [_timed(lambda n=n: render(n))[1] for n in turns]
+        taken = [timed(lambda n=n: render(n))[1] for n in turns]
         few, many = statistics.median(taken[::2]), statistics.median(taken[1::2])
         self.seconds_per_spp = max(many - few, 1e-9) / (3 * spp)
         self.fixed_seconds = max(few - spp * self.seconds_per_spp, 0.0)
@@ -219,8 +219,15 @@ class RenderClock:
         return min(self.spp + int(np.ceil(seconds / self.seconds_per_spp)), self.most_spp)
 
 
-def _timed(call: Callable[[], T]) -> tuple[T, float]:
-    """Return what a call returns, and its seconds."""
+def timed(call: Callable[[], T]) -> tuple[T, float]:
+    """Return what a call returns, and its seconds.
+
+    Examples
+    --------
+    >>> result, seconds = timed(lambda: 1 + 1)
+    >>> result, seconds >= 0
+    (2, True)
+    """
     start = perf_counter()
     result = call()
     return result, perf_counter() - start
@@ -242,17 +249,17 @@ def _filter(method: Method, samples: SampleBuffer, reference: np.ndarray, render
     """Run one method: a call that may compile, the choice of its bandwidths, then the timed calls, for each variant."""
     corner = samples.crop(0, 0, SMALLEST, SMALLEST)
     first_choice = method.candidates(corner)[0]
-    first, second = (_timed(lambda: method.run(corner, **first_choice))[1] for _ in range(2))
+    first, second = (timed(lambda: method.run(corner, **first_choice))[1] for _ in range(2))
     compiling = max(first - second, 0.0)
     if not method.variants:
-        parameters, choosing = _timed(lambda: choose_parameters(method, samples))
+        parameters, choosing = timed(lambda: choose_parameters(method, samples))
         about = {"name": method.name, "label": method.label, "choose_seconds": choosing}
         runs = [(parameters, about)]
     else:
         runs = [(variant.parameters, _about_variant(method, variant)) for variant in method.variants]
     results = []
     for parameters, about in runs:
-        image, seconds = _timed_often(lambda p=parameters: method.run(samples, **p))
+        image, seconds = timed_often(lambda p=parameters: method.run(samples, **p))
         cost = {"filter_seconds": statistics.median(seconds), "repeats": len(seconds), "compile_seconds": compiling}
         about |= {"kind": "filter", "parameters": parameters, **cost}
         results.append(_measure(image, reference, samples.spp, render, **about))
@@ -266,11 +273,18 @@ def _about_variant(method: Method, variant: Variant) -> dict[str, Any]:
     return {"name": name, "label": label, "curve": method.label, "point": variant.label}
 
 
-def _timed_often(call: Callable[[], T]) -> tuple[T, list[float]]:
-    """Return what a call returns, and the seconds of several calls: fewer than usual once they have taken long enough."""
+def timed_often(call: Callable[[], T], repeats: int = REPEATS, enough: float = ENOUGH_SECONDS) -> tuple[T, list[float]]:
+    """Return what a call returns, and the seconds of several calls: fewer than usual once they have taken long enough.
+
+    Examples
+    --------
+    >>> result, seconds = timed_often(lambda: 1 + 1, repeats=3)
+    >>> result, len(seconds)
+    (2, 3)
+    """
     seconds: list[float] = []
-    while len(seconds) < REPEATS and sum(seconds) < ENOUGH_SECONDS:
-        result, taken = _timed(call)
+    while len(seconds) < repeats and sum(seconds) < enough:
+        result, taken = timed(call)
         seconds.append(taken)
     return result, seconds
 

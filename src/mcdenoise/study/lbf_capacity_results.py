@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mcdenoise.study.capacity import Candidate, Capacity
+from mcdenoise.study.choice import mean_and_error
 
 FORMAT = "mcdenoise-lbf-capacity-1"
 ALL = "all groups"
@@ -67,7 +68,7 @@ def difference(one: Candidate, other: Candidate) -> tuple[float, float]:
     [0.1, 0.0115]
     """
     more = one.errors - other.errors
-    return float(more.mean()), float(more.std(ddof=1) / np.sqrt(len(more)))
+    return mean_and_error(more)
 
 
 def load_study(path: Path) -> Study:

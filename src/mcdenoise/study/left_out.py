@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from mcdenoise.filters import gaussian
 from mcdenoise.samples import SampleBuffer, pixel_mean, sample_variance
 from mcdenoise.samples.gate import check_count
-from mcdenoise.study.tune import SCALE_SIGMA
+from mcdenoise.study.tune import error_scale
 
 PARTS = 4
 
@@ -62,9 +61,9 @@ class LeftOut:
         number = min(check_count(parts, "parts", least=2), samples.spp)
         cuts = np.linspace(0, samples.spp, number + 1).round().astype(int).tolist()
         spans = list(pairwise(cuts))
-        rests = tuple(without_span(samples, *span) for span in spans)
+        rests = tuple(samples.without(*span) for span in spans)
         means = tuple(pixel_mean(samples.radiance[:, :, first:last]) for first, last in spans)
-        scales = tuple(gaussian(pixel_mean(rest.radiance), sigma_space=SCALE_SIGMA) ** 2 + 0.01 for rest in rests)
+        scales = tuple(error_scale(pixel_mean(rest.radiance)) for rest in rests)
         variance = sample_variance(samples.radiance)
         noise = [variance / (last - first) / scale for (first, last), scale in zip(spans, scales, strict=True)]
         return cls(rests, means, scales, _mean(noise))
@@ -80,13 +79,6 @@ class LeftOut:
     def error_of(self, run: Callable[[SampleBuffer], np.ndarray]) -> np.ndarray:
         """`error_map` of what `run` makes of each rest."""
         return self.error_map([run(rest) for rest in self.rests])
-
-
-def without_span(samples: SampleBuffer, first: int, last: int) -> SampleBuffer:
-    """Return the samples without number `first` to `last` - 1 of every pixel."""
-    names = ("screen_position", "random_params", "features", "radiance", "hit")
-    blocks = {name: np.delete(getattr(samples, name), np.s_[first:last], axis=2) for name in names}
-    return replace(samples, **blocks, provenance={**samples.provenance, "left_out": [first, last]})
 
 
 def _mean(maps: Sequence[np.ndarray]) -> np.ndarray:

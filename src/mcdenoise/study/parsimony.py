@@ -17,19 +17,18 @@ from typing import Any
 
 import numpy as np
 
-from mcdenoise.filters import gaussian
 from mcdenoise.metrics import relmse, relmse_map
 from mcdenoise.render import capture, render_reference
 from mcdenoise.samples import SampleBuffer, pixel_mean, variance_of_mean
 from mcdenoise.samples.gate import check_count, check_names
 from mcdenoise.study.advise import Advice, Trial, advise, drop_features
-from mcdenoise.study.choice import simplest_like_best, tile_means
+from mcdenoise.study.choice import mean_and_error, simplest_like_best, tile_means
 from mcdenoise.study.entries import run_entries
 from mcdenoise.study.information import information
 from mcdenoise.study.left_out import LeftOut
 from mcdenoise.study.methods import METHODS, Method
 from mcdenoise.study.parsimony_results import charts, lines
-from mcdenoise.study.tune import SCALE_SIGMA, reference_error
+from mcdenoise.study.tune import error_scale, reference_error
 
 __all__ = ["NAME", "Settings", "charts", "entries", "lines", "study"]
 
@@ -193,9 +192,8 @@ def between_seeds(advice: Advice, buffers: Sequence[SampleBuffer]) -> dict[str, 
     noise = float(tile_means(judge.noise).mean())
     result = {"filter": trial.name}
     for name, values in tiles.items():
-        difference = values - tiles["all"]
-        spread = float(difference.std(ddof=1) / np.sqrt(len(difference)))
-        result[name] = {"error": values.mean() - noise, "behind": difference.mean(), "standard_error": spread}
+        behind, spread = mean_and_error(values - tiles["all"])
+        result[name] = {"error": values.mean() - noise, "behind": behind, "standard_error": spread}
     return result
 
 
@@ -209,7 +207,7 @@ def _judge(buffers: Sequence[SampleBuffer]) -> LeftOut:
     means = [pixel_mean(one.radiance) for one in buffers]
     variances = [variance_of_mean(one.radiance) for one in buffers]
     others = [[k for k in range(len(buffers)) if k != own] for own in range(len(buffers))]
-    scales = [gaussian(mean, sigma_space=SCALE_SIGMA) ** 2 + 0.01 for mean in means]
+    scales = [error_scale(mean) for mean in means]
     judged_by = tuple(np.mean([means[k] for k in rest], axis=0) for rest in others)
     noises = [sum(variances[k] for k in rest) / len(rest) ** 2 for rest in others]
     noise = np.mean([(one / scale).mean(axis=-1) for one, scale in zip(noises, scales, strict=True)], axis=0)

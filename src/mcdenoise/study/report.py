@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import html
 import json
-import math
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -17,6 +16,7 @@ from mcdenoise.samples.storage import write_beside
 from mcdenoise.study.charts import error_ceiling, heading, images_figure, save_figure, speed_accuracy_figure
 from mcdenoise.study.compare import REPEATS, Comparison, Result
 from mcdenoise.study.display import error_colours, png_data_uri, tone_map
+from mcdenoise.study.entries import json_ready
 
 
 def write_all(comparison: Comparison, folder: Path) -> list[Path]:
@@ -67,7 +67,7 @@ def numbers(comparison: Comparison) -> dict[str, Any]:
     facts = {
         name: value for name, value in vars(comparison).items() if name not in ("results", "reference", "provenance")
     }
-    return _finite(
+    return json_ready(
         {
             **facts,
             "reference_relmse": comparison.reference_relmse,
@@ -159,15 +159,6 @@ def _item(result: Result, comparison: Comparison, ceiling: float) -> dict[str, s
         "image": png_data_uri(tone_map(result.image)),
         "error": png_data_uri(error_colours(comparison.error_map(result), ceiling)),
     }
-
-
-def _finite(value: Any) -> Any:
-    """Replace what JSON lacks, infinity and NaN, by None."""
-    if isinstance(value, dict):
-        return {key: _finite(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(inner) for inner in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _write_text(path: Path, text: str) -> None:

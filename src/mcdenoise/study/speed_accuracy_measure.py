@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from time import perf_counter
 from typing import Any
@@ -14,6 +14,7 @@ from mcdenoise.metrics import relmse
 from mcdenoise.render import capture, render_image, render_reference
 from mcdenoise.samples import SampleBuffer, pixel_mean
 from mcdenoise.study.bench_scaling import straight_line
+from mcdenoise.study.compare import timed, timed_often
 from mcdenoise.study.methods import Parameters
 from mcdenoise.study.speed_accuracy_curves import Curve, Setting, all_curves
 from mcdenoise.study.speed_accuracy_settings import Settings
@@ -91,7 +92,7 @@ def measure_monte_carlo(settings: Settings, scene: str) -> dict[str, Any]:
     render_image(scene, spp=1, seed=0, **view)
     medians = []
     for spp in settings.monte_carlo_spps:
-        found = [_timed(lambda s=seed, n=spp: render_image(scene, spp=n, seed=s, **view)) for seed in seeds]
+        found = [timed(lambda s=seed, n=spp: render_image(scene, spp=n, seed=s, **view)) for seed in seeds]
         errors.append([relmse(image, reference) for image, _ in found])
         medians.append(statistics.median(seconds for _, seconds in found))
     fixed, each = straight_line(settings.monte_carlo_spps, medians)
@@ -186,7 +187,7 @@ def _run(
     seconds: list[float] = []
     errors = []
     for samples in buffers:
-        image, taken = _timed_often(lambda s=samples: curve.method.run(s, **dials), repeats)
+        image, taken = timed_often(lambda s=samples: curve.method.run(s, **dials), repeats, ENOUGH_SECONDS)
         seconds += taken
         errors.append(relmse(image, reference))
     return {"seconds": statistics.median(seconds), "repeats": len(seconds), "relmse": errors}
@@ -194,20 +195,4 @@ def _run(
 
 def _median_seconds(curve: Curve, samples: SampleBuffer, dials: Parameters, repeats: int) -> float:
     """Median of the seconds of a method."""
-    return statistics.median(_timed_often(lambda: curve.method.run(samples, **dials), repeats)[1])
-
-
-def _timed_often(call: Callable[[], Any], repeats: int) -> tuple[Any, list[float]]:
-    """What a call returns, and the seconds of several calls, few where they are slow."""
-    seconds: list[float] = []
-    while len(seconds) < repeats and sum(seconds) < ENOUGH_SECONDS:
-        found, taken = _timed(call)
-        seconds.append(taken)
-    return found, seconds
-
-
-def _timed(call: Callable[[], Any]) -> tuple[Any, float]:
-    """What a call returns, and its seconds."""
-    start = perf_counter()
-    found = call()
-    return found, perf_counter() - start
+    return statistics.median(timed_often(lambda: curve.method.run(samples, **dials), repeats, ENOUGH_SECONDS)[1])

@@ -56,6 +56,17 @@ def reference_error(method: Method, samples: SampleBuffer, reference: np.ndarray
     return lambda parameters: relmse(method.apply(prepared, **parameters), reference)
 
 
+def error_scale(mean: np.ndarray) -> np.ndarray:
+    """Return what squared errors are divided by where there is no reference: a blurred image stands in for it in relMSE.
+
+    Examples
+    --------
+    >>> error_scale(np.ones((2, 2, 3), np.float32)).round(2)[0, 0]
+    array([1.01, 1.01, 1.01], dtype=float32)
+    """
+    return gaussian(mean, sigma_space=SCALE_SIGMA) ** 2 + 0.01
+
+
 def halves_error(method: Method, samples: SampleBuffer) -> Error:
     """Return the function from parameters to the error that two independent halves of the samples let us expect.
 
@@ -74,7 +85,7 @@ def halves_error(method: Method, samples: SampleBuffer) -> Error:
     half = samples.spp // 2
     halves = samples.subset(0, half), samples.subset(half, 2 * half)
     means = [pixel_mean(one.radiance) for one in halves]
-    scales = [gaussian(mean, sigma_space=SCALE_SIGMA) ** 2 + 0.01 for mean in means]
+    scales = [error_scale(mean) for mean in means]
     prepared = [method.prepare(one) for one in halves]
 
     def error(parameters: Parameters) -> float:
